@@ -128,7 +128,7 @@ fn layer(criterion: &mut Criterion) {
 fn batch(criterion: &mut Criterion) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/grasps.parquet");
     let (file, _) = GraspFile::read(&path, Overrides::default()).expect("the file is whole");
-    let poses: Vec<Vec<f64>> = (file.rows.iter())
+    let poses: Vec<Vec<f64>> = (file.grasps.iter())
         .map(|row| row.grasp.pose.to_vec())
         .collect();
     let object = Object::named("bottle_round").expect("the bottle comes with the crate");

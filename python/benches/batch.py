@@ -18,7 +18,7 @@ grasps = ls.Grasps.read(ROOT / "data/grasps.parquet")
 energy = ls.Energy(ls.Hand("human"), ls.Object("bottle_round"))
 # The features are those of the package, so that nothing is built twice.
 bench = ["cargo", "bench", "--workspace", "--bench", "grasp"]
-subprocess.run([*bench, "--no-run"], cwd=ROOT, check=True, capture_output=True)
+subprocess.run([*bench, "--no-run"], cwd=ROOT, check=True)
 found = energy.evaluate(grasps)[0]
 assert abs(found - grasps.energy).max() < 1e-9, "the same energies as in the file"
 

@@ -38,17 +38,26 @@ def test_readme():
     assert names["page"].selected == ["m0", "m3"]
 
 
-def test_loop_of_an_external_energy(tmp_path):
+@pytest.mark.parametrize("loop", blocks("docs/external_energy.md"))
+def test_loops_of_external_energies(loop, tmp_path):
     """In a program of its own, which the command line then maps."""
-    (loop,) = blocks("docs/external_energy.md")
-    program = tmp_path / "bowl.py"
-    program.write_text(
-        "import json, sys\ndef energy_and_gradient(x, y):\n    return x * x + (y * y - 1) ** 2, [2 * x, 4 * y * (y * y - 1)]\n" + loop
+    program = tmp_path / "bowls.py"
+    program.write_text(f"""
+import json, struct, sys
+import numpy
+n = 2
+def energy_and_gradient(x, y):
+    return x * x + (y * y - 1) ** 2, [2 * x, 4 * y * (y * y - 1)]
+def energies_and_gradients(points):
+    told = [energy_and_gradient(*point) for point in points]
+    return [energy for energy, _ in told], [gradient for _, gradient in told]
+{loop}""")
+    protocol = "json" if "json.loads" in loop else "batch"
+    out = tmp_path / "bowls.landscape"
+    ls.command(
+        "surface", f"--command={sys.executable} {program}", f"--protocol={protocol}", "--region=-1:1,-2:2", "--no-report",
+        "--quiet", "-o", out,
     )
-    done = subprocess.run([sys.executable, program], input='{"x": [1, 2]}\n', capture_output=True, text=True)
-    assert json.loads(done.stdout) == {"energy": 10.0, "gradient": [2.0, 24.0]}
-    out = tmp_path / "bowl.landscape"
-    ls.command("surface", f"--command={sys.executable} {program}", "--region=-1:1,-2:2", "--no-report", "--quiet", "-o", out)
     found = ls.load(out)
     assert found.minima.rows == 2 and found.tree.merge_height(0, 1) == pytest.approx(1.0, abs=1e-6)
 
