@@ -105,6 +105,16 @@ def test_pictures(cluster, mapped, tmp_path):
     assert {"disconnectivity.svg", "barriers.png", "tree.nwk"} <= {path.name for path in folder.iterdir()}
 
 
+def test_pictures_of_a_path(cluster, mapped, tmp_path):
+    png, svg, glb = mapped.draw_path(0, 1, tmp_path / "way.0-1", pictures=3)
+    assert png.name == "way.0-1.png" and png.read_bytes().startswith(b"\x89PNG")
+    assert b"<svg" in svg.read_bytes()[:400] and glb.read_bytes().startswith(b"glTF")
+    with pytest.raises(ls.InputError, match="same minimum"):
+        mapped.draw_path(1, 1, tmp_path / "none")
+    with pytest.raises(ls.InputError, match="not a landscape of grasps"):
+        cluster.draw_path(0, 1, tmp_path / "none")
+
+
 def test_pathsample_files_go_out_and_in(cluster, tmp_path):
     written = cluster.write_pathsample(tmp_path / "sample")
     assert sorted(path.name for path in written.iterdir()) == ["min.data", "points.min", "points.ts", "ts.data"]

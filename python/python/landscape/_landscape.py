@@ -238,6 +238,17 @@ class Landscape:
         found = self._native.path(a, b, terms)
         return None if found is None else MinimaxPath(**found)
 
+    def draw_path(self, a: int, b: int, out: StrPath, *, pictures: int | None = None) -> list[Path]:
+        """Draws the minimax path between two minima of grasps: ``out`` with the endings ``.png`` and ``.svg`` (pictures of the
+        hand over the energy by term) and ``.glb`` (an animation). Returns the three paths.
+
+        ``pictures``: the number of pictures along the path; 8 by default.
+        """
+        given = flags(pictures=pictures)
+        command("inspect", self.folder, "--path", f"m{a}", f"m{b}", *given, "--quiet", "--output", out, progress=False)
+        stem = Path(out)
+        return [stem.with_name(stem.name + ending) for ending in (".png", ".svg", ".glb")]
+
     def newick(self) -> str:
         """The tree in Newick format."""
         return self.tree.newick()
