@@ -53,7 +53,10 @@ class Box:
 
 @dataclass(frozen=True)
 class Rotations:
-    """A unit quaternion w, x, y, z. The gradient has three numbers, by rotation about each of the body's own axes."""
+    """A unit quaternion w, x, y, z. The gradient has three numbers, by rotation about each of the body's own axes.
+
+    The function is asked at unit quaternions only; points that you give are scaled to length 1.
+    """
 
 
 @dataclass(frozen=True)
