@@ -406,6 +406,54 @@ fn a_periodic_cell_is_mapped_in_plain_numbers() {
     assert!((rows[0].coordinates[1] - 1.9).abs() < 1e-6, "{:?}", rows[0]);
 }
 
+/// The same waves at many points at once.
+const MANY_WAVES: &str = r#"
+import math, struct, sys
+counts = open("counts.txt", "a")
+while header := sys.stdin.buffer.read(8):
+    (count,) = struct.unpack("<Q", header)
+    print(count, file=counts, flush=True)
+    numbers = struct.unpack(f"<{2 * count}d", sys.stdin.buffer.read(16 * count))
+    for x, y in zip(numbers[::2], numbers[1::2]):
+        a, b = 2 * math.pi * (x - 0.3) / 3, 2 * math.pi * (y + 0.1) / 2
+        answer = -math.cos(a) - 0.5 * math.cos(b), math.sin(a) * 2 * math.pi / 3, 0.5 * math.sin(b) * math.pi
+        sys.stdout.buffer.write(struct.pack("<3d", *answer))
+    sys.stdout.buffer.flush()
+"#;
+
+#[test]
+fn many_points_are_asked_for_at_once() {
+    if !python() {
+        return;
+    }
+    let desk = Desk::new();
+    fs::write(desk.path("waves.py"), WAVES).unwrap();
+    fs::write(desk.path("many.py"), MANY_WAVES).unwrap();
+    let mapped = |program: &str, protocol: &str, out: &str| {
+        let command = format!("python3 {program}");
+        let program = ["--command", &command, "--protocol", protocol];
+        let others = [
+            "--region=-1:2,0:2",
+            "--coordinates",
+            "periodic",
+            "-q",
+            "-o",
+            out,
+        ];
+        desk.succeed(&[&program[..], &others].concat());
+        StationaryRow::read(&desk.path(out)).unwrap()
+    };
+    let one = mapped("waves.py", "binary", "one.landscape");
+    let all = mapped("many.py", "batch", "many.landscape");
+    assert_eq!(one.len(), all.len());
+    for (one, all) in one.iter().zip(&all) {
+        assert!((one.energy - all.energy).abs() < 1e-9 && one.index == all.index);
+    }
+    // Hessians ask for two points for each of two coordinates.
+    let counts = fs::read_to_string(desk.path("counts.txt")).unwrap();
+    assert!(counts.lines().any(|line| line == "4") && counts.lines().any(|line| line == "1"));
+}
+
 #[test]
 fn a_neural_network_is_mapped() {
     if !python() {

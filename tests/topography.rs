@@ -10,6 +10,7 @@ mod kinetics;
 mod lennard_jones;
 mod models;
 mod muller_brown;
+mod odd_energies;
 mod paths;
 mod pruning;
 #[path = "../analysis/roc.rs"]

@@ -3,6 +3,7 @@
 use crate::space::Space;
 
 mod counted;
+mod differences;
 mod external;
 mod function_on;
 mod gradient_check;
@@ -10,6 +11,7 @@ mod in_box;
 pub mod model;
 
 pub use counted::Counted;
+pub use differences::hessian_from_gradients;
 pub use external::{External, ExternalError, Protocol};
 pub use function_on::FunctionOn;
 pub use gradient_check::{GradientFault, check_gradient};

@@ -27,6 +27,8 @@ const SHOWN: usize = 20;
 
 const KINKS: &str = "descents ended at the bottom of a kink: the gradient jumps there and does not vanish, so that \
                                 it is no minimum of a smooth surface (round the kink off)";
+const UNFINISHED: &str = "descents from random points ended where the gradient does not vanish: the energy jumps there, \
+                          its domain ends there, it has no lower bound, or its gradient is wrong";
 
 /// The searched surface.
 #[derive(Clone)]
@@ -144,14 +146,12 @@ pub fn search_surface(
     };
     (run.stage_ended)("search", found.evaluations);
     if found.minima.is_empty() {
-        let kinks = match kinks(&found) {
-            0 => String::new(),
-            kinks => format!("; {kinks} {KINKS}"),
-        };
+        let reasons = no_minima(&found).into_iter();
+        let why: String = reasons.map(|reason| format!("; {reason}")).collect();
         return Err(StudyError::NoMinimum {
             surface: subject.name.to_owned(),
             searches: found.coverage.searches,
-            ends: format!("({}){kinks}", spell(&ends_of_searches(&found))),
+            ends: format!("({}){why}", spell(&ends_of_searches(&found))),
         });
     }
     let landscape = found.landscape(subject.energy, groups);
@@ -346,10 +346,7 @@ impl SurfaceReport<'_> {
                  a trough or a plateau, whose points of one energy are counted once"
             ));
         }
-        let kinks = kinks(self.found);
-        if kinks > 0 {
-            warnings.push(format!("{kinks} {KINKS}"));
-        }
+        warnings.extend(no_minima(self.found));
         if components > 1 && self.lowest.is_none() {
             warnings.push(format!(
                 "no saddle was found between {components} groups of minima"
@@ -531,11 +528,17 @@ impl SurfaceReport<'_> {
     }
 }
 
-fn kinks(found: &Exploration) -> usize {
+/// Why descents ended at points that are no minima, one sentence for each reason.
+fn no_minima(found: &Exploration) -> Vec<String> {
     let refused = found.refused.iter();
-    refused
-        .filter(|refused| refused.audit.verdict == Verdict::Kink)
-        .count()
+    let kinks = refused.filter(|refused| refused.is_kink());
+    let reasons = [
+        (kinks.count(), KINKS),
+        (found.coverage.unfinished, UNFINISHED),
+    ];
+    let told = reasons.iter().filter(|(count, _)| *count > 0);
+    told.map(|(count, reason)| format!("{count} {reason}"))
+        .collect()
 }
 
 /// Mark for a point that is not isolated.
@@ -566,6 +569,9 @@ fn completeness(coverage: &Coverage) -> String {
                 .to_owned()
         }
         Some(Doubt::Kinks) => "nothing is claimed, since the surface has kinks".to_owned(),
+        Some(Doubt::Unfinished) => {
+            "nothing is claimed, since descents ended where the gradient does not vanish".to_owned()
+        }
         None if coverage.sure >= 0.99 => {
             format!("**99 % sure** of all minima and saddles, {limits}")
         }

@@ -121,6 +121,9 @@ enum Exchange {
     Json,
     /// Numbers of 64 bits (little-endian): the coordinates; then the energy and the gradient.
     Binary,
+    /// As binary for many points at once, which suits programs that compute them together: the number of points, then the
+    /// points; then their answers.
+    Batch,
 }
 
 impl From<Exchange> for Protocol {
@@ -128,6 +131,7 @@ impl From<Exchange> for Protocol {
         match exchange {
             Exchange::Json => Self::Json,
             Exchange::Binary => Self::Binary,
+            Exchange::Batch => Self::Batch,
         }
     }
 }

@@ -8,7 +8,7 @@ use std::time::Duration;
 use program::{Program, Silence, Supervisor};
 use serde_json::{Value, json};
 
-use super::Energy;
+use super::{Energy, hessian_from_gradients};
 use crate::space::Space;
 
 mod guard;
@@ -63,6 +63,10 @@ pub enum Protocol {
     /// point. An answer is the energy and its derivative along each tangent; an energy that is not finite means a point
     /// outside the domain.
     Binary,
+    /// As [`Protocol::Binary`] for many points at once. A question begins with the number of its points (an unsigned integer
+    /// of 64 bits, little-endian), and the answers to its points follow one another in their order. The program must read
+    /// the whole question before it answers. Hessians ask for all their gradients in one question.
+    Batch,
 }
 
 /// A failure of another program.
@@ -184,8 +188,11 @@ impl External {
         self.differenced.load(Ordering::Relaxed)
     }
 
-    /// Asks an idle program or a new one for the energy at `x`.
-    fn ask(&self, x: &[f64], gradient: &mut [f64]) -> Result<f64, ExternalError> {
+    /// Lets `ask` ask an idle program or a new one.
+    fn with_program<T>(
+        &self,
+        ask: impl FnOnce(&mut Program) -> Result<T, ExternalError>,
+    ) -> Result<T, ExternalError> {
         let idle = lock(&self.idle).pop();
         let mut program =
             match idle {
@@ -197,10 +204,24 @@ impl External {
                     }
                 })?,
             };
-        let energy = self.converse(&mut program, x, gradient)?;
+        let answer = ask(&mut program)?;
         // A program that failed is not asked again.
         lock(&self.idle).push(program);
-        Ok(energy)
+        Ok(answer)
+    }
+
+    /// What `ask` returns, or `None` after the first failure, which is kept.
+    fn unless_failed<T>(
+        &self,
+        ask: impl FnOnce(&mut Program) -> Result<T, ExternalError>,
+    ) -> Option<T> {
+        if lock(&self.failure).is_some() {
+            return None;
+        }
+        let answer = self.with_program(ask);
+        answer
+            .map_err(|error| lock(&self.failure).get_or_insert(error).clone())
+            .ok()
     }
 
     fn converse(
@@ -209,8 +230,10 @@ impl External {
         x: &[f64],
         gradient: &mut [f64],
     ) -> Result<f64, ExternalError> {
-        if self.protocol == Protocol::Binary {
-            return self.question_in_bytes(program, x, gradient);
+        if self.protocol != Protocol::Json {
+            let mut energies = [0.0];
+            self.question_in_bytes(program, &[x.to_vec()], &mut energies, gradient)?;
+            return Ok(energies[0]);
         }
         let (energy, given) = self.question(program, x)?;
         if let Some(given) = given {
@@ -279,37 +302,49 @@ impl External {
 }
 
 impl External {
-    /// Asks one question in the binary protocol.
+    /// Asks for the energies and gradients (one after the other) of `points` in a protocol of plain numbers. With
+    /// [`Protocol::Binary`] there is one point.
     fn question_in_bytes(
         &self,
         program: &mut Program,
-        x: &[f64],
-        gradient: &mut [f64],
-    ) -> Result<f64, ExternalError> {
-        let question: Vec<u8> = x.iter().flat_map(|number| number.to_le_bytes()).collect();
-        let mut answer = vec![0; size_of::<f64>() * (1 + gradient.len())];
-        let asked = || json!(x).to_string();
+        points: &[Vec<f64>],
+        energies: &mut [f64],
+        gradients: &mut [f64],
+    ) -> Result<(), ExternalError> {
+        let tangents = self.space.tangents();
+        let mut question = Vec::new();
+        if self.protocol == Protocol::Batch {
+            question.extend((points.len() as u64).to_le_bytes());
+        }
+        let numbers = points.iter().flatten();
+        question.extend(numbers.flat_map(|number| number.to_le_bytes()));
+        let mut answer = vec![0; size_of::<f64>() * points.len() * (1 + tangents)];
         (program.exchange_bytes(&question, &mut answer, self.answer_limit))
-            .map_err(|silence| self.silent(program, &silence, asked()))?;
+            .map_err(|silence| self.silent(program, &silence, json!(points[0]).to_string()))?;
         let mut numbers = answer.chunks_exact(size_of::<f64>()).map(|bytes| {
             f64::from_le_bytes(bytes.try_into().expect("a chunk has the size of a number"))
         });
-        let energy = numbers.next().expect("the first number is the energy");
-        if !energy.is_finite() {
-            return Ok(f64::INFINITY);
+        for (k, point) in points.iter().enumerate() {
+            let gradient = &mut gradients[k * tangents..][..tangents];
+            let energy = numbers.next().expect("every answer begins with the energy");
+            for (slope, number) in gradient.iter_mut().zip(&mut numbers) {
+                *slope = number;
+            }
+            energies[k] = if energy.is_finite() {
+                energy
+            } else {
+                f64::INFINITY
+            };
+            if energy.is_finite() && gradient.iter().any(|slope| !slope.is_finite()) {
+                return Err(ExternalError::Answer {
+                    command: self.command.clone(),
+                    answer: json!(gradient).to_string().chars().take(QUOTED).collect(),
+                    question: json!(point).to_string(),
+                    complaint: "the gradient of a finite energy must be finite".to_owned(),
+                });
+            }
         }
-        for (slope, number) in gradient.iter_mut().zip(numbers) {
-            *slope = number;
-        }
-        if gradient.iter().all(|slope| slope.is_finite()) {
-            return Ok(energy);
-        }
-        Err(ExternalError::Answer {
-            command: self.command.clone(),
-            answer: json!(gradient).to_string().chars().take(QUOTED).collect(),
-            question: asked(),
-            complaint: "the gradient of a finite energy must be finite".to_owned(),
-        })
+        Ok(())
     }
 
     /// The error of a program that does not answer.
@@ -341,17 +376,29 @@ impl Energy for External {
             (x.len(), gradient.len()),
             (self.space.coordinates(), tangents)
         );
-        let broken = lock(&self.failure).is_some();
-        if broken || x.iter().any(|coordinate| !coordinate.is_finite()) {
+        if x.iter().any(|coordinate| !coordinate.is_finite()) {
             return f64::INFINITY;
         }
-        match self.ask(x, gradient) {
-            Ok(energy) => energy,
-            Err(error) => {
-                lock(&self.failure).get_or_insert(error);
-                f64::INFINITY
-            }
+        self.unless_failed(|program| self.converse(program, x, gradient))
+            .unwrap_or(f64::INFINITY)
+    }
+
+    /// With [`Protocol::Batch`], by central differences of gradients that are asked for in one question.
+    fn hessian(&self, x: &[f64], hessian: &mut [f64]) -> bool {
+        if self.protocol != Protocol::Batch {
+            return false;
         }
+        let gradients = |points: &[Vec<f64>]| {
+            let finite = points.iter().flatten().all(|number| number.is_finite());
+            let mut energies = vec![0.0; points.len()];
+            let mut gradients = vec![0.0; points.len() * self.space.tangents()];
+            let ask = |program: &mut Program| {
+                self.question_in_bytes(program, points, &mut energies, &mut gradients)
+            };
+            (finite && self.unless_failed(ask).is_some() && energies.iter().all(|e| e.is_finite()))
+                .then_some(gradients)
+        };
+        hessian_from_gradients(&*self.space, x, self.difference, gradients, hessian)
     }
 }
 

@@ -13,7 +13,7 @@ mod settings;
 mod tops;
 
 pub use pass::Pass;
-pub(super) use pass::{descend, descend_one_way};
+pub(super) use pass::{descend, descend_one_way, leave_ridges};
 pub(super) use relax::relax;
 use serde::{Deserialize, Serialize};
 pub use settings::{BandSettings, PathMethod, PathSettings, SeamSettings};

@@ -21,6 +21,8 @@ const EARLY: usize = 3;
 const MOST_HALVINGS: usize = 5;
 /// Evaluations of a descent with steps no longer than the displacement off the pass.
 const CAREFUL: usize = 20;
+/// Greatest number of saddles at which a descent goes on.
+const MOST_RIDGES: usize = 3;
 
 /// A stationary point where a path may cross from one basin to another: an index-1 saddle, or the lowest point of a seam.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -277,6 +279,39 @@ pub(in crate::topography) fn descend_one_way(
     Some(trace)
 }
 
+/// Continues a descent that ended at a saddle, on one side of that saddle, until it ends at a minimum.
+///
+/// A descent from a symmetric pass keeps the symmetry, so it can come to rest where the surface falls to both sides. Only
+/// rounding would make it leave. `difference` is the step of the differences of gradients.
+pub(in crate::topography) fn leave_ridges(
+    energy: &dyn Energy,
+    descent: &mut Path,
+    push: f64,
+    difference: f64,
+    settings: &QuenchSettings,
+) {
+    for _ in 0..MOST_RIDGES {
+        let last = descent.images.len() - 1;
+        let (x, height) = (&descent.images[last], descent.energies[last]);
+        let piece = Piece::plain(energy, energy.active_piece(x));
+        let Some(modes) = piece.modes(x, difference) else {
+            return;
+        };
+        if modes.index().0 == 0 {
+            return;
+        }
+        let Some(further) =
+            descend_one_way(energy, (x, height), &modes.tangents[0], push, settings)
+        else {
+            return;
+        };
+        descent.images.extend(further.images.into_iter().skip(1));
+        descent
+            .energies
+            .extend(further.energies.into_iter().skip(1));
+    }
+}
+
 /// The points of a descent after its start, and its end.
 fn traced(energy: &dyn Energy, start: &[f64], settings: &QuenchSettings) -> (Path, Quench) {
     let mut trace = Path::default();
@@ -306,6 +341,49 @@ mod tests {
             gradient[1] = 2e3 * off;
             -x * x + x.powi(4) + 1e3 * off * off
         }
+    }
+
+    /// The valley x = 0 falls from a pass at the origin to y = ±1, where the surface falls to both sides.
+    struct Fork(Euclidean);
+
+    impl Energy for Fork {
+        fn space(&self) -> &dyn Space {
+            &self.0
+        }
+
+        fn evaluate(&self, at: &[f64], gradient: &mut [f64]) -> f64 {
+            let (x, y) = (at[0], at[1]);
+            let fall = 0.5 - y * y;
+            gradient[0] = 2.0 * x * fall + 4.0 * x.powi(3);
+            gradient[1] = -2.0 * x * x * y + 4.0 * y * (y * y - 1.0);
+            x * x * fall + x.powi(4) + (y * y - 1.0).powi(2)
+        }
+    }
+
+    #[test]
+    fn a_descent_along_a_mirror_plane_goes_on_to_a_minimum() {
+        let energy = Fork(Euclidean::new(2));
+        let settings = QuenchSettings::for_scales(1.0, 1.0);
+        let mut down =
+            descend_one_way(&energy, (&[0.0, 0.0], 1.0), &[0.0, 1.0], 0.1, &settings).unwrap();
+        let end = |path: &Path| path.images[path.images.len() - 1].clone();
+        assert!(end(&down)[0].abs() < 1e-12 && (end(&down)[1] - 1.0).abs() < 1e-6);
+        leave_ridges(&energy, &mut down, 0.1, 1e-4, &settings);
+        let mut gradient = [0.0; 2];
+        let lowest = energy.evaluate(&end(&down), &mut gradient);
+        assert!(
+            end(&down)[0].abs() > 0.3 && norm(&gradient) < 1e-5,
+            "{lowest}"
+        );
+        assert!(
+            down.energies
+                .windows(2)
+                .all(|pair| pair[1] <= pair[0] + 1e-12)
+        );
+        // At a minimum there is nothing to leave.
+        let whole = down.images.len();
+        leave_ridges(&energy, &mut down, 0.1, 1e-4, &settings);
+        assert_eq!(down.images.len(), whole);
     }
 
     #[test]

@@ -48,6 +48,13 @@ pub struct Refused {
     pub audit: Audit,
 }
 
+impl Refused {
+    /// Whether it is the bottom of a kink.
+    pub(crate) fn is_kink(&self) -> bool {
+        self.audit.verdict == Verdict::Kink
+    }
+}
+
 pub(super) struct Known {
     pub(super) x: Vec<f64>,
     energy: f64,
@@ -98,6 +105,7 @@ pub(super) struct Census {
     search_ends: BTreeMap<SearchEnd, usize>,
     pub(super) searches: usize,
     pub(super) last_new: usize,
+    unfinished: usize,
     evaluations: usize,
 }
 
@@ -126,6 +134,7 @@ impl Census {
             search_ends: BTreeMap::new(),
             searches: 0,
             last_new: 0,
+            unfinished: 0,
             evaluations: 0,
         }
     }
@@ -140,13 +149,17 @@ impl Census {
             .find(|k| space.within(&self.saddles[*k].x, x, self.sameness.distance))
     }
 
+    /// The known minimum at `x`.
+    pub(super) fn minimum_at(&self, space: &dyn Space, x: &[f64], energy: f64) -> Option<usize> {
+        self.by_energy[0]
+            .near(energy, self.sameness.energy)
+            .find(|k| space.within(&self.minima[*k].x, x, self.sameness.distance))
+    }
+
     /// The known minimum at `x`; a new one that passes its audit is added. All points of a ring, trough or plateau with the
     /// same energy are represented by the one found first.
     fn minimum(&mut self, energy: &dyn Energy, x: &[f64], height: f64) -> Option<usize> {
-        let space = energy.space();
-        let known = self.by_energy[0]
-            .near(height, self.sameness.energy)
-            .find(|k| space.within(&self.minima[*k].x, x, self.sameness.distance));
+        let known = self.minimum_at(energy.space(), x, height);
         if known.is_some() {
             return known;
         }
@@ -194,12 +207,17 @@ impl Census {
     pub(super) fn take(&mut self, energy: &dyn Energy, outcome: Outcome) {
         self.searches += 1;
         self.evaluations += outcome.evaluations;
+        let mut unfinished = outcome.unfinished;
         if let Some(drawn) = outcome.drawn {
             let quench = Quench::from(drawn);
             if let Some(minimum) = self.minimum(energy, &quench.x, quench.energy) {
                 self.minima[minimum].draws.push(self.searches - 1);
+            } else if self.refused.last().is_some_and(Refused::is_kink) {
+                // It is counted with the refused points.
+                unfinished = false;
             }
         }
+        self.unfinished += usize::from(unfinished);
         let mut fate = outcome.fate;
         if let Some(known) = outcome.known {
             self.hit(known, 1);
@@ -347,12 +365,10 @@ impl Census {
             .any(|audit| audit.verdict == Verdict::Degenerate)
         {
             Some(Doubt::Degenerate)
-        } else if self
-            .refused
-            .iter()
-            .any(|refused| refused.audit.verdict == Verdict::Kink)
-        {
+        } else if self.refused.iter().any(Refused::is_kink) {
             Some(Doubt::Kinks)
+        } else if self.unfinished > 0 {
+            Some(Doubt::Unfinished)
         } else if components
             .iter()
             .any(|component| *component != components[0])
@@ -370,6 +386,7 @@ impl Census {
         let coverage = Coverage::new(&Counts {
             searches: self.searches,
             last_new: self.last_new,
+            unfinished: self.unfinished,
             hits: &hits,
             draws: &draws,
             doubt: self.doubt(stopped),

@@ -18,6 +18,9 @@ pub enum Doubt {
     Sampled,
     /// Descents ended at kinks, which are not smooth minima.
     Kinks,
+    /// Descents from random points ended where the gradient does not vanish: the energy jumps there, its domain ends
+    /// there, it has no lower bound, or its gradient is wrong.
+    Unfinished,
 }
 
 /// Completeness of the minima and saddles of a search, estimated from how often each saddle was met.
@@ -53,6 +56,9 @@ pub struct Coverage {
     pub joined: usize,
     /// Descents from random points that ended in a minimum.
     pub draws: usize,
+    /// Descents from random points that ended where the gradient does not vanish, other than at kinks.
+    #[serde(default)]
+    pub unfinished: usize,
     /// Minima in which no such descent ended; they were found by descents from saddles.
     pub undrawn: usize,
     /// Good and Turing's estimate of the probability that the next saddle found is new: once / arrived.
@@ -72,6 +78,7 @@ pub struct Coverage {
 pub(super) struct Counts<'a> {
     pub(super) searches: usize,
     pub(super) last_new: usize,
+    pub(super) unfinished: usize,
     pub(super) hits: &'a [usize],
     /// Number of descents from random points that ended in each minimum.
     pub(super) draws: &'a [usize],
@@ -111,6 +118,7 @@ impl Coverage {
             twice,
             joined,
             draws: counts.draws.iter().sum(),
+            unfinished: counts.unfinished,
             undrawn: counts.draws.iter().filter(|draws| **draws == 0).count(),
             chance_of_news: once as f64 / arrived.max(1) as f64,
             chance_of_news_below: (poisson_limit(once) / arrived.max(1) as f64).min(1.0),
@@ -240,6 +248,7 @@ mod tests {
         Coverage::new(&Counts {
             searches: 1000,
             last_new: 10,
+            unfinished: 0,
             hits,
             draws: &[100, 20, 0],
             doubt: None,
@@ -319,6 +328,7 @@ mod tests {
         let nothing = Coverage::new(&Counts {
             searches: 5,
             last_new: 0,
+            unfinished: 0,
             hits: &[],
             draws: &[],
             doubt: None,
@@ -335,6 +345,7 @@ mod tests {
         let found = Coverage::new(&Counts {
             searches: 1000,
             last_new: 10,
+            unfinished: 0,
             hits: &[40; 12],
             draws: &[100],
             doubt: Some(Doubt::Apart),

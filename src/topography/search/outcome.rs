@@ -51,5 +51,7 @@ pub(super) struct Outcome {
     pub(super) branches: Vec<Crossing>,
     /// The end of the descent from a random point.
     pub(super) drawn: Option<QuenchRecord>,
+    /// Whether that descent ended where the gradient does not vanish.
+    pub(super) unfinished: bool,
     pub(super) evaluations: usize,
 }

@@ -4,12 +4,15 @@ use serde::{Deserialize, Serialize};
 
 use super::Draw;
 use crate::energy::Energy;
-use crate::optimize::QuenchSettings;
+use crate::optimize::{Quench, QuenchSettings, StopReason};
 use crate::sample::{Task, stream};
 use crate::topography::audit::AuditSettings;
 use crate::topography::minima::MatchTolerance;
 use crate::topography::path::PathMethod;
 use crate::topography::scales::{PROBES, Scales};
+
+/// Gradient at the end of a descent above which it is unfinished, in tolerances.
+const STEEP: f64 = 1e4;
 
 /// Settings of [`explore`](super::explore). [`SearchSettings::measured`] takes all units from the surface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -59,7 +62,7 @@ impl SearchSettings {
             steps: 80,
             modes: 1000,
             batch: 32,
-            patience: 30,
+            patience: 50,
             max_searches: 100_000,
             join_rounds: 2,
             paths: PathMethod::default(),
@@ -77,6 +80,19 @@ impl SearchSettings {
             seed,
             ..Self::for_scales(scales.energy, scales.length)
         }
+    }
+
+    /// Whether a descent ended where the gradient does not vanish: at a kink or jump, at the edge of the domain, or on the way
+    /// down a hole.
+    pub(super) fn is_unfinished(&self, end: &Quench) -> bool {
+        // A gradient that is not a number is not small.
+        let resting = end.gradient_norm <= STEEP * self.quench.gradient_tolerance;
+        end.stop != StopReason::Converged && end.energy < f64::INFINITY && !resting
+    }
+
+    /// Whether a descent ended at what may be a minimum.
+    pub(super) fn is_finished(&self, end: &Quench) -> bool {
+        end.stop != StopReason::Budget && end.energy.is_finite() && !self.is_unfinished(end)
     }
 
     /// Settings of the audit of the points found.

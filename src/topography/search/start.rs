@@ -12,6 +12,9 @@ use crate::topography::scales::random_tangent;
 /// Range of log₂ of the longest step of a search from a random place, in units of the length of the surface.
 const BOLDNESS: std::ops::Range<f64> = -2.0..3.0;
 
+/// Range of the steps from a minimum along one of its modes, in typical distances from a minimum to a saddle.
+const FAR: std::ops::Range<f64> = -2.0..2.0;
+
 /// Draws points uniformly from a box of coordinates.
 ///
 /// # Panics
@@ -121,13 +124,13 @@ impl Searcher<'_> {
             return self.anywhere(id, rng);
         }
         let minimum = &census.minima[rng.random_range(0..census.minima.len())];
+        // Each kind of start meets some saddles that the others meet ten times less often.
         match rng.random_range(0..8) {
-            // Most of the rarely met saddles are found from here.
-            0..=4 => self.anywhere(id, rng),
-            5 | 6 if !minimum.modes.is_empty() => {
+            0..=2 => self.anywhere(id, rng),
+            kind @ 3..=6 if !minimum.modes.is_empty() => {
                 let mut step = minimum.modes[rng.random_range(0..minimum.modes.len())].clone();
-                scale(&mut step, self.reach(census) * rng.random_range(-1.0..1.0));
-                Place::new(self.moved(&minimum.x, &step), Some(step))
+                scale(&mut step, self.reach(census) * rng.random_range(FAR));
+                Place::new(self.moved(&minimum.x, &step), (kind < 6).then_some(step))
             }
             _ => {
                 let saddles = census.saddles.len();

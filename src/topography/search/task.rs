@@ -5,13 +5,13 @@ use super::outcome::{Outcome, SearchEnd};
 use super::searcher::Searcher;
 use super::start::{Place, Start};
 use crate::energy::Counted;
-use crate::optimize::{Quench, StopReason};
+use crate::optimize::StopReason;
 use crate::space::vector::{add, scale};
 use crate::topography::barrier::Crossing;
 use crate::topography::eigen::Piece;
 use crate::topography::follow::{Following, Lost, Saddle};
 use crate::topography::minima::QuenchRecord;
-use crate::topography::path::{Pass, Path, descend, descend_one_way};
+use crate::topography::path::{Pass, Path, descend, descend_one_way, leave_ridges};
 
 /// Displacement off a saddle, relative to the length of the surface.
 pub(super) const PUSH: f64 = 0.1;
@@ -39,11 +39,10 @@ impl Searcher<'_> {
         };
         let place = counting.place(id, start, census);
         let mut outcome = counting.climb(&place, census);
-        outcome.drawn = place
-            .drawn
-            .filter(|quench: &Quench| {
-                quench.stop != StopReason::Budget && quench.energy.is_finite()
-            })
+        let drawn = place.drawn.as_ref();
+        outcome.unfinished = drawn.is_some_and(|end| self.settings.is_unfinished(end));
+        outcome.drawn = (place.drawn)
+            .filter(|end| end.stop != StopReason::Budget && end.energy.is_finite())
             .map(QuenchRecord::from);
         outcome.evaluations = usize::try_from(counted.evaluations()).unwrap_or(usize::MAX);
         outcome
@@ -56,6 +55,7 @@ impl Searcher<'_> {
             found: None,
             branches: Vec::new(),
             drawn: None,
+            unfinished: false,
             evaluations: 0,
         };
         let following = Following {
@@ -100,6 +100,9 @@ impl Searcher<'_> {
         });
         let mut ways: Vec<Path> = descents.into_iter().flatten().collect();
         self.branch(&saddle, &mut ways);
+        for way in &mut ways {
+            self.leave_ridges(way, census);
+        }
         if ways.len() < 2 {
             outcome.fate = SearchEnd::Evaporated;
             return outcome;
@@ -116,6 +119,17 @@ impl Searcher<'_> {
         outcome.found = crossings.next();
         outcome.branches = crossings.collect();
         outcome
+    }
+
+    /// Continues a descent that did not end at a known minimum, if it rests at a saddle.
+    fn leave_ridges(&self, way: &mut Path, census: &Census) {
+        let (space, length) = (self.energy.space(), self.settings.length);
+        let last = way.images.len() - 1;
+        let end = (&way.images[last], way.energies[last]);
+        if census.minimum_at(space, end.0, end.1).is_none() {
+            let (push, difference) = (PUSH * length, DIFFERENCE * length);
+            leave_ridges(self.energy, way, push, difference, &self.settings.quench);
+        }
     }
 
     /// Adds to the descents from a degenerate saddle those to other minima (at a monkey saddle, for example, three valleys

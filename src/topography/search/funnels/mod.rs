@@ -491,6 +491,7 @@ impl Growth<'_> {
         let coverage = Coverage::new(&Counts {
             searches: usize::try_from(tasks).unwrap_or(usize::MAX),
             last_new,
+            unfinished: 0,
             hits: &hits,
             draws: &draws,
             doubt: Some(Doubt::Sampled),

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::energy::{Counted, Energy};
-use crate::optimize::{StopReason, quench};
+use crate::optimize::quench;
 use crate::sample::{Task, stream};
 use crate::topography::rarefaction::unseen;
 use crate::topography::search::{Draw, SearchSettings};
@@ -57,7 +57,7 @@ pub fn probe_size(energy: &dyn Energy, draw: &Draw<'_>, settings: &SearchSetting
         let descent = |id: u64| {
             let start = draw(&mut stream(settings.seed, Task::Start, FIRST + id));
             let end = quench(&counted, &start, &settings.quench);
-            (end.stop != StopReason::Budget && end.energy.is_finite()).then_some(end.energy)
+            settings.is_finished(&end).then_some(end.energy)
         };
         let found: Vec<Option<f64>> = (done..count).into_par_iter().map(descent).collect();
         energies.extend(found.into_iter().flatten());

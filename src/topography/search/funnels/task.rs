@@ -9,7 +9,7 @@ use crate::energy::{Counted, Energy};
 use crate::sample::{Rng, Task, stream};
 use crate::space::vector::{scale, times};
 use crate::topography::eigen::Piece;
-use crate::topography::path::{Path, PathSettings, descend, tops};
+use crate::topography::path::{Path, PathSettings, descend, leave_ridges, tops};
 use crate::topography::scales::random_tangent;
 use crate::topography::search::outcome::SearchEnd;
 use crate::topography::search::task::PUSH;
@@ -169,7 +169,23 @@ impl Worker<'_> {
         let Ok(saddle) = pool.examined(summit.x, 1, search) else {
             return SearchEnd::Index;
         };
-        let [first, second] = descents.map(|descent| descent.thinned(KEPT));
+        let [first, second] = descents.map(|mut descent| {
+            let last = descent.images.len() - 1;
+            if pool
+                .site(&descent.images[last], descent.energies[last])
+                .is_none()
+            {
+                let (push, difference) = (PUSH * self.settings.length, pool.audit.difference);
+                leave_ridges(
+                    energy,
+                    &mut descent,
+                    push,
+                    difference,
+                    &self.settings.quench,
+                );
+            }
+            descent.thinned(KEPT)
+        });
         let mut path: Path = first.reversed();
         let top = path.images.len() - 1;
         path.images.extend(second.images.into_iter().skip(1));

@@ -1,0 +1,230 @@
+//! A gallery of awkward energies: what the search says of each is known beforehand.
+
+use landscape::energy::{Energy, FunctionOn};
+use landscape::space::Euclidean;
+use landscape::topography::{self, Doubt, Exploration, SearchSettings, explore, in_box};
+
+/// Searches from random points of the square of side 2 `half`, with several seeds.
+fn explored(energy: &dyn Energy, half: f64) -> Vec<Exploration> {
+    let (low, high) = ([-half; 2], [half; 2]);
+    let draw = in_box(&low, &high);
+    let search = |seed| {
+        let settings = SearchSettings::measured(energy, &draw, seed);
+        explore(energy, &draw, &settings, &topography::Run::default()).unwrap()
+    };
+    (0..4).map(search).collect()
+}
+
+fn numbers(found: &Exploration) -> (usize, usize) {
+    (found.minima.len(), found.saddles.len())
+}
+
+fn bowl(x: f64, y: f64) -> (f64, [f64; 2]) {
+    (0.5 * (x * x + y * y), [x, y])
+}
+
+/// Requires that nothing is claimed for this reason (or because of kinks), and that descents did not finish.
+fn check_doubt(found: &Exploration, also: Option<Doubt>) {
+    let coverage = &found.coverage;
+    assert!(
+        coverage.unfinished > 0 && coverage.sure.abs() < 1e-15,
+        "{coverage:?}"
+    );
+    assert!(
+        coverage.doubt == Some(Doubt::Unfinished) || (also.is_some() && coverage.doubt == also),
+        "{coverage:?}"
+    );
+}
+
+/// A function of the plane and its derivatives.
+fn plane(function: impl Fn(f64, f64) -> (f64, [f64; 2]) + Sync) -> impl Energy {
+    FunctionOn::new(Euclidean::new(2), move |p: &[f64], gradient: &mut [f64]| {
+        let (energy, slopes) = function(p[0], p[1]);
+        gradient.copy_from_slice(&slopes);
+        energy
+    })
+}
+
+/// −depth exp(−((x − cx)² + (y − cy)²) / 2 width²).
+fn well(x: f64, y: f64, centre: [f64; 2], width: f64, depth: f64) -> (f64, [f64; 2]) {
+    let (dx, dy) = (x - centre[0], y - centre[1]);
+    let square = width * width;
+    let value = -depth * (-0.5 * (dx * dx + dy * dy) / square).exp();
+    (value, [-value * dx / square, -value * dy / square])
+}
+
+fn sum(parts: &[(f64, [f64; 2])]) -> (f64, [f64; 2]) {
+    parts
+        .iter()
+        .fold((0.0, [0.0; 2]), |(e, g), (energy, slopes)| {
+            (e + energy, [g[0] + slopes[0], g[1] + slopes[1]])
+        })
+}
+
+#[test]
+fn holes_without_a_bottom_are_told() {
+    // Beside the hole is a well. The scales of the surface are measured below random points, which may lie in the hole.
+    let logarithm = plane(|x, y| {
+        let square: f64 = (x - 1.0).powi(2) + y * y;
+        let hole = (
+            0.25 * square.ln(),
+            [0.5 * (x - 1.0) / square, 0.5 * y / square],
+        );
+        sum(&[hole, bowl(x, y), well(x, y, [-1.0, 0.0], 0.4, 1.0)])
+    });
+    let charge = plane(|x, y| {
+        let radius = (x - 1.0).hypot(y);
+        let slope = 0.1 / radius.powi(3);
+        let hole = (-0.1 / radius, [slope * (x - 1.0), slope * y]);
+        sum(&[hole, bowl(x, y), well(x, y, [-1.0, 0.0], 0.4, 1.0)])
+    });
+    for energy in [&logarithm as &dyn Energy, &charge] {
+        for found in explored(energy, 2.0) {
+            // If the scales were measured in the hole, nothing is found.
+            assert!(numbers(&found) <= (1, 0), "{:?}", numbers(&found));
+            if numbers(&found) == (1, 0) {
+                check_doubt(&found, Some(Doubt::Kinks));
+            }
+        }
+    }
+}
+
+#[test]
+fn falls_without_an_end_are_told() {
+    let slope = plane(|x, y| (x + y * y, [1.0, 2.0 * y]));
+    for found in explored(&slope, 2.0) {
+        check_doubt(&found, None);
+        assert_eq!(numbers(&found), (0, 0));
+    }
+}
+
+#[test]
+fn pointed_minima_are_told() {
+    let cone = plane(|x, y| {
+        let radius = x.hypot(y).max(1e-300);
+        (radius, [x / radius, y / radius])
+    });
+    let root = plane(|x, y| {
+        let radius = x.hypot(y).max(1e-200);
+        let slope = 0.5 / radius.powf(1.5);
+        (radius.sqrt(), [slope * x, slope * y])
+    });
+    for found in explored(&cone, 2.0) {
+        check_doubt(&found, Some(Doubt::Kinks));
+        assert_eq!(numbers(&found), (0, 0));
+    }
+    for found in explored(&root, 2.0) {
+        check_doubt(&found, Some(Doubt::Kinks));
+        // A descent may hit the very point.
+        assert!(numbers(&found) <= (1, 0));
+    }
+    // The slope of |x|^(3/2) is continuous and its curvature infinite.
+    let bent = plane(|x, y| {
+        let valley = y * y - 1.0;
+        (
+            valley * valley + x.abs().powf(1.5),
+            [1.5 * x.abs().sqrt() * x.signum(), 4.0 * y * valley],
+        )
+    });
+    for found in explored(&bent, 2.0) {
+        assert_eq!(numbers(&found), (2, 1));
+        assert!((found.saddles[0].energy - 1.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn jumps_are_told() {
+    // The lowest points are at the foot of the cliff, where the gradient does not vanish.
+    let cliff = plane(|x, y| {
+        let (energy, gradient) = bowl(x, y);
+        (energy - f64::from(u8::from(x > 0.5)), gradient)
+    });
+    for found in explored(&cliff, 2.0) {
+        check_doubt(&found, None);
+        assert_eq!(numbers(&found), (1, 0));
+    }
+    // A step up has nothing at its foot.
+    let step = plane(|x, y| {
+        let (energy, gradient) = bowl(x, y);
+        (energy + f64::from(u8::from(x > 0.5)), gradient)
+    });
+    for found in explored(&step, 2.0) {
+        assert_eq!(numbers(&found), (1, 0));
+    }
+}
+
+#[test]
+fn gaps_in_the_domain_part_the_minima() {
+    let gap = plane(|x, y| {
+        let parts = [
+            bowl(x, y),
+            well(x, y, [-1.0, 0.0], 0.4, 1.0),
+            well(x, y, [1.0, 0.3], 0.4, 1.2),
+        ];
+        let (energy, gradient) = sum(&parts);
+        (if x.hypot(y) < 0.3 { f64::NAN } else { energy }, gradient)
+    });
+    for found in explored(&gap, 2.0) {
+        assert_eq!(numbers(&found), (2, 0));
+        let doubt = found.coverage.doubt;
+        assert!(
+            matches!(doubt, Some(Doubt::Apart | Doubt::Unfinished)),
+            "{doubt:?}"
+        );
+    }
+}
+
+#[test]
+fn wells_of_different_width_are_found_or_not_excluded() {
+    let funnels = plane(|x, y| {
+        let (height, slopes) = bowl(x, y);
+        sum(&[
+            well(x, y, [-1.0, 0.0], 0.8, 1.0),
+            well(x, y, [1.5, 0.5], 0.02, 1.0),
+            (0.1 * height, slopes.map(|slope| 0.1 * slope)),
+        ])
+    });
+    for found in explored(&funnels, 3.0) {
+        // One of 3,000 random points lies in the narrow well.
+        let complete = numbers(&found) == (2, 1);
+        assert!(
+            complete || found.coverage.sure < 0.99,
+            "{:?}",
+            found.coverage
+        );
+    }
+}
+
+#[test]
+fn plains_stiff_valleys_and_close_pairs_are_mapped() {
+    let plain = plane(|x, y| {
+        sum(&[
+            well(x, y, [-1.0, 0.0], 0.3, 1.0),
+            well(x, y, [1.0, 0.0], 0.3, 0.8),
+        ])
+    });
+    let stiff = plane(|x, y| {
+        let (valley, off) = (x * x - 1.0, y - 0.1 * x);
+        (
+            valley * valley + 1e6 * off * off,
+            [4.0 * x * valley - 2e5 * off, 2e6 * off],
+        )
+    });
+    let close = plane(|x, y| {
+        let valley = x * x - 1e-4;
+        (valley * valley + y * y, [4.0 * x * valley, 2.0 * y])
+    });
+    for (name, energy, half) in [
+        ("plain", &plain as &dyn Energy, 3.0),
+        ("stiff", &stiff, 2.0),
+        ("close", &close, 2.0),
+    ] {
+        for found in explored(energy, half) {
+            assert_eq!(numbers(&found), (2, 1), "{name}");
+            assert!(
+                found.coverage.sure > 0.8 && found.coverage.sure < 0.99,
+                "{name}"
+            );
+        }
+    }
+}
