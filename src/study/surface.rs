@@ -1,6 +1,7 @@
 //! Report of `landscape surface`: the tables, the manifest and the summary of a search.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 
 use serde_json::json;
 
@@ -146,8 +147,10 @@ pub fn search_surface(
     };
     (run.stage_ended)("search", found.evaluations);
     if found.minima.is_empty() {
-        let reasons = no_minima(&found).into_iter();
-        let why: String = reasons.map(|reason| format!("; {reason}")).collect();
+        let mut why = String::new();
+        for reason in no_minima(&found) {
+            let _ = write!(why, "; {reason}");
+        }
         return Err(StudyError::NoMinimum {
             surface: subject.name.to_owned(),
             searches: found.coverage.searches,
