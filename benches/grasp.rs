@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::path::Path;
 use std::sync::Arc;
 
-use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use landscape::energy::{Energy, Piecewise};
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, Grasp, GraspEnergy, GraspKernel, judge};
@@ -12,7 +12,9 @@ use landscape::hand::{Hand, HandFiles, PosedHand};
 use landscape::object::Object;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Kernel, State, TargetDensity, Task, stream};
+use landscape::store::{GraspFile, Overrides};
 use rand::RngExt;
+use rayon::prelude::*;
 
 fn energy(hand: Hand, contacts: usize) -> GraspEnergy {
     let object = Object::named("bottle_round").expect("the bottle comes with the crate");
@@ -121,6 +123,36 @@ fn layer(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// Energies and gradients of all grasps that come with the project, on all cores. `python/benches/batch.py` does the same from
+/// Python.
+fn batch(criterion: &mut Criterion) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/grasps.parquet");
+    let (file, _) = GraspFile::read(&path, Overrides::default()).expect("the file is whole");
+    let poses: Vec<Vec<f64>> = (file.grasps.iter())
+        .map(|row| row.grasp.pose.to_vec())
+        .collect();
+    let object = Object::named("bottle_round").expect("the bottle comes with the crate");
+    let energy = GraspEnergy::new(
+        Arc::new(Hand::human()),
+        Arc::new(object),
+        EnergySettings::closed(),
+    )
+    .expect("the preset makes sense");
+    let tangents = energy.space().tangents();
+    let mut energies = vec![0.0; poses.len()];
+    let mut gradients = vec![0.0; poses.len() * tangents];
+    let mut group = criterion.benchmark_group("grasp/batch");
+    group.throughput(Throughput::Elements(poses.len() as u64));
+    group.bench_function("all cores", |bencher| {
+        bencher.iter(|| {
+            (black_box(&poses).par_iter().zip(&mut energies))
+                .zip(gradients.par_chunks_mut(tangents))
+                .for_each(|((x, value), gradient)| *value = energy.evaluate(x, gradient));
+        });
+    });
+    group.finish();
+}
+
 /// Other hands beside the human one, whose cost per surface point is the reference. Published hands are sought in
 /// `LANDSCAPE_TEST_DATA`.
 fn other_hands(criterion: &mut Criterion) {
@@ -180,5 +212,5 @@ fn other_hands(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, evaluations, layer, other_hands);
+criterion_group!(benches, evaluations, layer, batch, other_hands);
 criterion_main!(benches);

@@ -112,5 +112,5 @@ fn the_icosahedron_has_its_published_frequencies() {
         (log_product - 158.246_448_738_3).abs() < 1e-6,
         "{log_product}"
     );
-    assert_eq!(point_group_order(&found.x, 1e-3), 120);
+    assert_eq!(point_group_order(&found.x, &[], 1e-3), 120);
 }

@@ -11,10 +11,10 @@ use landscape::space::Space;
 use landscape::store::{AtomicFolder, Source, content_hash};
 use landscape::study::{
     Coordinates, StudyRun, Subject, SurfaceMapReport, SurfaceReport, SurfaceSearch,
-    difference_step, gradient_points, map_surface, search_surface,
+    difference_step, gradient_points, in_region, map_surface, onto, search_surface,
 };
 use landscape::topography::{
-    GroupSettings, GuardedJournal, LowestSettings, Run, Scales, SearchSettings, in_box, probe_size,
+    GroupSettings, GuardedJournal, LowestSettings, Run, Scales, SearchSettings, probe_size,
 };
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -97,7 +97,7 @@ impl Parts {
         Subject {
             name: &self.name,
             energy,
-            coordinates: self.kind.name().to_owned(),
+            coordinates: self.kind.name(),
             low: self.low.clone(),
             high: self.high.clone(),
             source: Source {
@@ -146,7 +146,7 @@ impl Parts {
         };
         let started = Instant::now();
         self.check(energy, (&low, &high), search)?;
-        let draw = in_box(&low, &high);
+        let draw = in_region(energy.space(), (&low, &high));
         let counted = Counted::new(energy);
         let mut settings = SearchSettings::measured(&counted, &draw, search.seed);
         self.asked.check()?;
@@ -333,7 +333,7 @@ impl Surface {
         known: &Bound<'_, PyAny>,
         search: Search,
     ) -> PyResult<String> {
-        let known = points(py, "known", known, self.parts.low.len())?;
+        let known = self.points(py, "known", known)?;
         if self.parts.kind == Coordinates::Box && !known.is_empty() {
             return Err(input(
                 py,
@@ -345,7 +345,7 @@ impl Surface {
 
     /// Maps the landscape between the minima below `starts`, writes its folder, and returns its summary.
     fn map(&self, py: Python<'_>, starts: &Bound<'_, PyAny>, search: Search) -> PyResult<String> {
-        let starts = points(py, "minima", starts, self.parts.low.len())?;
+        let starts = self.points(py, "minima", starts)?;
         self.work(py, move |parts| parts.map(&starts, &search))
     }
 
@@ -356,7 +356,7 @@ impl Surface {
         starts: &Bound<'py, PyAny>,
         gradient_tolerance: Option<f64>,
     ) -> PyResult<Descents<'py>> {
-        let starts = points(py, "starts", starts, self.parts.low.len())?;
+        let starts = self.points(py, "starts", starts)?;
         let size = self.parts.low.len();
         let found = self.work(py, move |parts| {
             let function = parts.function();
@@ -394,7 +394,7 @@ impl Surface {
         py: Python<'py>,
         given: &Bound<'py, PyAny>,
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>)> {
-        let given = points(py, "points", given, self.parts.low.len())?;
+        let given = self.points(py, "points", given)?;
         let tangents = self.parts.space.tangents();
         let (energies, gradients) = self.work(py, move |parts| {
             let mut gradients = vec![0.0; given.len() * tangents];
@@ -410,6 +410,23 @@ impl Surface {
 }
 
 impl Surface {
+    /// Points of the space that the caller gave.
+    fn points(
+        &self,
+        py: Python<'_>,
+        name: &str,
+        given: &Bound<'_, PyAny>,
+    ) -> PyResult<Vec<Vec<f64>>> {
+        let mut rows = points(py, name, given, self.parts.low.len())?;
+        for (row, x) in rows.iter_mut().enumerate() {
+            onto(&*self.parts.space, x);
+            if x.iter().any(|number| !number.is_finite()) {
+                return Err(input(py, format!("{name}: row {row} is no quaternion")));
+            }
+        }
+        Ok(rows)
+    }
+
     /// Runs work on as many threads as the function may be asked from.
     fn work<T: Send + 'static>(
         &self,

@@ -60,6 +60,16 @@ pub(crate) fn detached<T: Send + 'static>(
     }
 }
 
+/// Panics in work on a thread of its own, or on this thread: tests ask for it.
+#[pyfunction]
+pub(crate) fn panic(py: Python<'_>, words: String, aside: bool) -> PyResult<()> {
+    if aside {
+        detached(py, || (), move || panic!("{words}"))
+    } else {
+        briefly(py, || panic!("{words}"))
+    }
+}
+
 /// Runs short work on this thread without the interpreter. A panic becomes an exception.
 pub(crate) fn briefly<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     let done = py.detach(|| catch_unwind(AssertUnwindSafe(work)));

@@ -78,12 +78,15 @@ def test_map_joins_given_minima():
     assert found.newick().strip().endswith(";")
 
 
-def test_rotations_and_boxes():
+def test_descents():
+    ends = ls.quench(lambda x: (float((x**2).sum()), 2 * x), [[3.0, -2.0]])
+    assert ends.converged.all() and abs(ends.x).max() < 1e-4
+
+
+def test_a_minimum_may_lie_on_a_face_of_the_box():
     def falls(x):
         return -x[0], np.array([-1.0])
 
-    ends = ls.quench(lambda x: (float((x**2).sum()), 2 * x), [[3.0, -2.0]])
-    assert ends.converged.all() and abs(ends.x).max() < 1e-4
     slope = ls.explore(falls, ls.Box(), box=(0.0, 2.0))
     assert slope.minima.coordinates[0] == pytest.approx([2.0])
 
@@ -207,13 +210,150 @@ def test_wrong_arguments_are_told():
         ls.load("there-is-none.landscape")
 
 
-def test_ase_calculator():
+def test_known_points_are_where_the_search_begins():
+    asked = set()
+
+    def wells(x):
+        asked.add(tuple(x))
+        return np.cos(4 * x).sum(), -4 * np.sin(4 * x)
+
+    corners = np.pi / 4 * np.array([1, 3, -1, -3])
+    known = np.array(np.meshgrid(corners, corners, corners)).reshape(3, -1).T
+    alone = ls.explore(wells, ls.Torus(3), searches=64)
+    assert alone.minima.rows < 64, "a search of each minimum cannot find all of them"
+    asked.clear()
+    begun = ls.explore(wells, ls.Torus(3), searches=64, known=known)
+    assert begun.minima.rows == 64 and all(tuple(point) in asked for point in known)
+    with pytest.raises(ls.InputError, match="known"):
+        ls.explore(camel, box=CAMEL_BOX, known=[[0.0, 0.0, 0.0]])
+
+
+def test_the_lowest_minima_are_sought_from_below():
+    found = ls.explore(lennard_jones, ls.Atoms(8), box=(-1.3, 1.3), search="lowest", lowest=2, searches=300)
+    # D. J. Wales and J. P. K. Doye, J. Phys. Chem. A 101, 5111 (1997).
+    assert found.minima.energy[0] == pytest.approx(-19.821489, abs=1e-5)
+    assert found.manifest["findings"]["lowest"]["sought"] == 2
+    assert "lowest" not in ls.explore(camel, box=CAMEL_BOX, search="all").manifest["findings"]
+    with pytest.raises(ls.InputError, match="searches are"):
+        ls.explore(camel, box=CAMEL_BOX, search="highest")
+
+
+def test_a_budget_ends_a_search_with_what_it_found():
+    found = ls.explore(lennard_jones, ls.Atoms(7), box=(-1.2, 1.2), search="all", patience=1000, budget_s=0.5)
+    assert any("stopped by --budget" in warning for warning in found.manifest["warnings"])
+    assert found.minima.rows >= 1 and 1 <= found.coverage.searches < 500
+    with pytest.raises(ls.InputError, match="budget_s"):
+        ls.explore(camel, box=CAMEL_BOX, budget_s=-1.0)
+
+
+def test_rotations():
+    """Four orientations are equally good: by half turns about the axes of the body."""
+    turns = np.array([[[0, 0, 0], [0, 0, -1], [0, 1, 0]], [[0, 0, 1], [0, 0, 0], [-1, 0, 0]], [[0, -1, 0], [1, 0, 0], [0, 0, 0]]])
+    weights = np.array([3.0, 2.0, 1.0])
+
+    def energy(q):
+        w, x, y, z = q
+        r = np.array([
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ])
+        slopes = np.einsum("jii->ij", r @ turns)
+        return -(weights * np.diag(r) ** 2).sum(), -2 * (weights * np.diag(r)) @ slopes
+
+    asked = []
+
+    def watched(q):
+        asked.append(q.copy())
+        return energy(q)
+
+    found = ls.explore(watched, ls.Rotations())
+    assert np.linalg.norm(asked, axis=1) == pytest.approx(np.ones(len(asked)), abs=1e-9), "unit quaternions only"
+    assert found.minima.energy == pytest.approx([-6.0] * 4, abs=1e-8)
+    quaternions = found.minima.coordinates
+    assert abs(quaternions).max(axis=1) == pytest.approx(np.ones(4), abs=1e-5)
+    assert sorted(abs(quaternions).argmax(axis=1)) == [0, 1, 2, 3]
+    # The cheapest quarter turn is that about the axis with the two least weights: E(φ) = −3 − (2 + 1) cos² φ.
+    assert found.tree.heights()[0, 1:].min() == pytest.approx(-3.0, abs=1e-6)
+    path = found.path(0, 1)
+    assert np.linalg.norm(path.coordinates, axis=1) == pytest.approx(np.ones(len(path.energy)), abs=1e-9)
+    ends = ls.quench(energy, [[0.9, 0.1, 0.0, 0.0], [0.5, 0.5, 0.5, 0.4]], ls.Rotations())
+    assert ends.converged.all() and ends.energy == pytest.approx([-6.0] * 2, abs=1e-6)
+    with pytest.raises(ls.InputError, match="row 1 is no quaternion"):
+        ls.quench(energy, [[1.0, 0.0, 0.0, 0.0], [0.0] * 4], ls.Rotations())
+
+
+def test_periodic_numbers_wrap_at_their_own_side():
+    sides = np.array([2.0, 3.0])
+
+    def energy(p):
+        u = 2 * np.pi * np.array([2, 1]) / sides
+        return -np.cos(u * p).sum(), u * np.sin(u * p)
+
+    found = ls.explore(energy, ls.Periodic(), box=([0.0, 0.0], sides))
+    assert found.minima.energy == pytest.approx([-2.0, -2.0], abs=1e-8)
+    wrapped = np.sort(np.round(found.minima.coordinates / sides % 1.0, 5) % 1.0, axis=0)
+    assert wrapped == pytest.approx(np.array([[0.0, 0.0], [0.5, 0.0]]), abs=1e-4)
+    # Two ways lead from one to the other, and one over the side of the cell back to each.
+    joined = found.saddles.where(found.saddles.a != found.saddles.b)
+    assert joined.rows == 2 and joined.energy == pytest.approx([0.0, 0.0], abs=1e-8)
+    assert found.tree.merge_height(0, 1) == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("aside", [True, False])
+def test_a_panic_is_an_exception(aside):
+    with pytest.raises(ls.InternalError, match="please report it: on purpose"):
+        ls._native.panic("on purpose", aside)
+    assert ls.explore("muller-brown").minima.rows == 3, "the interpreter and the threads go on"
+
+
+def calculator():
+    """The energy of :func:`lennard_jones` as an ASE calculator."""
+    from ase.calculators.calculator import Calculator, all_changes
+
+    class Pairs(Calculator):
+        implemented_properties = ["energy", "forces"]
+
+        def calculate(self, atoms=None, properties=("energy",), system_changes=all_changes):
+            super().calculate(atoms, properties, system_changes)
+            energy, gradient = lennard_jones(self.atoms.positions.ravel())
+            self.results = {"energy": energy, "forces": -gradient.reshape(-1, 3)}
+
+    return Pairs()
+
+
+def test_ase_calculators():
     ase = pytest.importorskip("ase")
     from ase.calculators.lj import LennardJones
 
     atoms = ase.Atoms("Ar4", positions=np.random.default_rng(0).normal(size=(4, 3)))
-    energy = ls.from_ase(atoms, LennardJones(rc=50.0, smooth=False))
-    found = ls.explore(energy, box=(-1.0, 1.0), check_gradient=False)
-    assert found.minima.energy[0] == pytest.approx(-6.0, abs=1e-2)
-    with pytest.raises(ls.InputError, match="several elements"):
-        ls.from_ase(ase.Atoms("ArKr"), LennardJones())
+    found = ls.explore(ls.from_ase(atoms, calculator()), box=(-1.0, 1.0), searches=64)
+    assert found.minima.energy == pytest.approx([-6.0]) and found.saddles.rows == 1
+    ends = ls.quench(ls.from_ase(atoms, LennardJones(rc=50.0)), found.minima.coordinates + 0.01)
+    assert ends.converged.all() and ends.energy == pytest.approx([-6.0], abs=1e-6)
+    atoms.pbc = True
+    with pytest.raises(ls.InputError, match="periodic cell"):
+        ls.from_ase(atoms, calculator())
+
+
+def test_ase_atoms_of_several_elements():
+    """An atom of another element in a bipyramid of five sits on the axis or around it; with equal forces, at equal energy."""
+    ase = pytest.importorskip("ase")
+    atoms = ase.Atoms("Ar3KrAr", positions=np.random.default_rng(0).normal(size=(5, 3)))
+    mixed = ls.from_ase(atoms, calculator())
+    assert mixed.space == ls.Atoms(5, ("Ar", "Ar", "Ar", "Kr", "Ar"))
+    found = ls.explore(mixed, box=(-1.2, 1.2), searches=96)
+    assert found.minima.energy == pytest.approx([-9.103852] * 2, abs=1e-5)
+    positions = found.minima.coordinates.reshape(2, 5, 3)
+    arms = np.linalg.norm(positions - positions.mean(axis=1, keepdims=True), axis=2)
+    # The two atoms on the axis are the farthest from the middle.
+    assert sorted((arms[:, [3]] < arms).sum(axis=1) <= 1) == [False, True]
+    # Their point groups: C3v on the axis, C2v around it.
+    orders = sorted(int(row.split()[2]) for row in (found.folder / "min.data").read_text().splitlines())
+    assert orders == [4, 6]
+    again = ls.load(found.folder)
+    assert again.manifest["energy"]["coordinates"] == "atoms Ar Ar Ar Kr Ar"
+    assert again.diff(found).matches.rows == 2 and again.path(0, 1) is not None
+    assert "</html>" in found.report().read_text(encoding="utf-8")
+    with pytest.raises(ls.InputError, match="5 of them, but 4"):
+        ls.quench(mixed, np.zeros((1, 12)), ls.Atoms(4, mixed.space.elements))

@@ -1,4 +1,4 @@
-//! Clusters of equal atoms, modulo position, orientation, handedness and numbering.
+//! Clusters of atoms, modulo position, orientation, handedness and numbering of equal atoms.
 
 use nalgebra::{Matrix3, Matrix4, Quaternion, UnitQuaternion, Vector3};
 
@@ -6,7 +6,7 @@ use super::Space;
 use super::assignment::Assignment;
 use super::rotation::any_normal;
 
-/// Configurations of n equal atoms in ℝ³, modulo translations, rotations, mirror images and permutations.
+/// Configurations of n atoms in ℝ³, modulo translations, rotations, mirror images and permutations of atoms of one kind.
 ///
 /// A point is `[x₁, y₁, z₁, x₂, …]` (3n numbers), a tangent a displacement of every atom, and
 ///
@@ -26,9 +26,11 @@ use super::rotation::any_normal;
 /// 38 atoms.
 ///
 /// Straight lines between aligned configurations are the geodesics of this space, and all their points are aligned.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Cluster {
     atoms: usize,
+    /// The kind of each atom; empty if all are equal.
+    kinds: Vec<usize>,
 }
 
 /// Largest number of starts per alignment: all starts up to 22 atoms, the most promising ones of bigger clusters.
@@ -37,19 +39,30 @@ const STARTS: usize = 1000;
 const FEW_STARTS: usize = 50;
 
 impl Cluster {
-    /// Clusters of `atoms` atoms.
+    /// Clusters of `atoms` equal atoms.
     pub const fn new(atoms: usize) -> Self {
-        Self { atoms }
+        Self {
+            atoms,
+            kinds: Vec::new(),
+        }
     }
 
-    fn log_with(self, starts: usize, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
+    /// Clusters of atoms of these kinds, such as their elements. Only atoms of one kind may change places.
+    pub fn of_kinds(kinds: &[usize]) -> Self {
+        Self {
+            atoms: kinds.len(),
+            kinds: kinds.to_vec(),
+        }
+    }
+
+    fn log_with(&self, starts: usize, a: &[f64], b: &[f64], tangent: &mut [f64]) -> f64 {
         let n = 3 * self.atoms;
         assert_eq!((a.len(), b.len(), tangent.len()), (n, n, n));
         if self.atoms == 0 {
             return 0.0;
         }
         let (a, b) = (centred(a), centred(b));
-        let copy = nearest_copy(&a, &b, 0.0, starts);
+        let copy = nearest_copy(&a, &b, &self.kinds, 0.0, starts);
         for ((step, from), to) in tangent.chunks_exact_mut(3).zip(&a).zip(&copy) {
             step.copy_from_slice((to - from).as_slice());
         }
@@ -90,15 +103,18 @@ impl Space for Cluster {
             return self.atoms == 0;
         }
         let (a, b) = (centred(a), centred(b));
-        squared_distance(&a, &nearest_copy(&a, &b, reach, STARTS)).sqrt() <= reach
+        squared_distance(&a, &nearest_copy(&a, &b, &self.kinds, reach, STARTS)).sqrt() <= reach
     }
 
-    /// The distances of the atoms from their centroid, sorted.
+    /// The distances of the atoms from their centroid, sorted within each kind.
     fn landmarks(&self, x: &[f64]) -> Vec<f64> {
         assert_eq!(x.len(), 3 * self.atoms);
-        let mut radii: Vec<f64> = centred(x).iter().map(Vector3::norm).collect();
-        radii.sort_by(f64::total_cmp);
-        radii
+        let radii = centred(x).into_iter().map(|atom| atom.norm());
+        let mut radii: Vec<(usize, f64)> = (radii.enumerate())
+            .map(|(atom, radius)| (kind(&self.kinds, atom), radius))
+            .collect();
+        radii.sort_by(|(one, a), (other, b)| one.cmp(other).then(a.total_cmp(b)));
+        radii.into_iter().map(|(_, radius)| radius).collect()
     }
 
     /// The logarithm modulo translations and rotations only; the numbering of the atoms is kept.
@@ -152,6 +168,11 @@ impl Space for Cluster {
     }
 }
 
+/// The kind of an atom; no list of kinds means that all are equal.
+fn kind(kinds: &[usize], atom: usize) -> usize {
+    kinds.get(atom).copied().unwrap_or(0)
+}
+
 fn centred(x: &[f64]) -> Vec<Vector3<f64>> {
     let atoms: Vec<_> = x.chunks_exact(3).map(Vector3::from_column_slice).collect();
     let centroid = atoms.iter().sum::<Vector3<f64>>() / atoms.len() as f64;
@@ -170,6 +191,7 @@ fn squared_distance(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
 fn nearest_copy(
     a: &[Vector3<f64>],
     b: &[Vector3<f64>],
+    kinds: &[usize],
     enough: f64,
     most_starts: usize,
 ) -> Vec<Vector3<f64>> {
@@ -180,7 +202,7 @@ fn nearest_copy(
     let near = enough * enough;
     let done = |best: f64| best <= near.max(1e-16 * size);
     let most = if enough > 0.0 { near } else { f64::INFINITY };
-    let mut search = Search::new(a, b);
+    let mut search = Search::new(a, b, kinds);
     // First the present numbering, then the present orientation: along a path one of them is right.
     search.visit(false, &(0..b.len()).collect::<Vec<_>>());
     search.descend(false, &UnitQuaternion::identity());
@@ -190,6 +212,9 @@ fn nearest_copy(
 
     let mut starts = Vec::with_capacity(2 * b.len() * b.len());
     let mut offer = |pair: [usize; 2], partners: [usize; 2]| {
+        if pair.map(|i| kind(kinds, i)) != partners.map(|j| kind(kinds, j)) {
+            return;
+        }
         let bound = pair_bound(pair.map(|i| &a[i]), partners.map(|j| &b[j]));
         // The bound is a difference of numbers as large as `size`.
         if bound < search.best.min(most) + 1e-14 * size {
@@ -268,12 +293,17 @@ struct Search<'a> {
     trial: Vec<Vector3<f64>>,
     /// Lists of partners already tried with each image, concatenated.
     visited: [Vec<usize>; 2],
+    kinds: &'a [usize],
+    /// More than all distances of partners together.
+    forbidden: f64,
     cost: Vec<f64>,
     assignment: Assignment,
 }
 
 impl<'a> Search<'a> {
-    fn new(a: &'a [Vector3<f64>], b: &[Vector3<f64>]) -> Self {
+    fn new(a: &'a [Vector3<f64>], b: &[Vector3<f64>], kinds: &'a [usize]) -> Self {
+        // ‖a_i − R b_j‖² ≤ 2 ‖a_i‖² + 2 ‖b_j‖².
+        let all = a.iter().chain(b).map(Vector3::norm_squared).sum::<f64>();
         Self {
             a,
             b: [b.to_vec(), b.iter().map(|atom| -atom).collect()],
@@ -281,6 +311,8 @@ impl<'a> Search<'a> {
             copy: b.to_vec(),
             trial: b.to_vec(),
             visited: [Vec::new(), Vec::new()],
+            kinds,
+            forbidden: 4.0 * all,
             cost: vec![0.0; a.len() * a.len()],
             assignment: Assignment::new(a.len()),
         }
@@ -296,7 +328,11 @@ impl<'a> Search<'a> {
             for (j, atom) in self.b[usize::from(mirrored)].iter().enumerate() {
                 let turned = matrix * atom;
                 for (i, target) in self.a.iter().enumerate() {
-                    self.cost[i * n + j] = (target - turned).norm_squared();
+                    self.cost[i * n + j] = if kind(self.kinds, i) == kind(self.kinds, j) {
+                        (target - turned).norm_squared()
+                    } else {
+                        self.forbidden
+                    };
                 }
             }
             self.assignment.solve(&self.cost);
@@ -367,12 +403,15 @@ mod tests {
         (0..3 * n).map(|_| rng.random_range(-1.0..1.0)).collect()
     }
 
-    /// A rigidly moved, renumbered and perhaps mirrored copy.
-    fn disguised(x: &[f64], mirror: bool, rng: &mut Rng) -> Vec<f64> {
+    /// A rigidly moved, renumbered and perhaps mirrored copy. Only atoms of one kind are renumbered.
+    fn disguised(x: &[f64], kinds: &[usize], mirror: bool, rng: &mut Rng) -> Vec<f64> {
         let mut atoms: Vec<Vector3<f64>> =
             x.chunks_exact(3).map(Vector3::from_column_slice).collect();
         for i in (1..atoms.len()).rev() {
-            atoms.swap(i, rng.random_range(0..=i));
+            let j = rng.random_range(0..=i);
+            if kind(kinds, i) == kind(kinds, j) {
+                atoms.swap(i, j);
+            }
         }
         let rotation = exp(&Vector3::from_fn(|_, _| rng.random_range(-3.0..3.0)));
         let shift = Vector3::from_fn(|_, _| rng.random_range(-3.0..3.0));
@@ -383,7 +422,12 @@ mod tests {
             .collect()
     }
 
-    fn best_by_enumeration(a: &[Vector3<f64>], b: &[Vector3<f64>], order: &mut Vec<usize>) -> f64 {
+    fn best_by_enumeration(
+        a: &[Vector3<f64>],
+        b: &[Vector3<f64>],
+        kinds: &[usize],
+        order: &mut Vec<usize>,
+    ) -> f64 {
         if order.len() == a.len() {
             let mut best = f64::INFINITY;
             for sign in [1.0, -1.0] {
@@ -396,9 +440,9 @@ mod tests {
         }
         let mut best = f64::INFINITY;
         for i in 0..b.len() {
-            if !order.contains(&i) {
+            if !order.contains(&i) && kind(kinds, i) == kind(kinds, order.len()) {
                 order.push(i);
-                best = best.min(best_by_enumeration(a, b, order));
+                best = best.min(best_by_enumeration(a, b, kinds, order));
                 order.pop();
             }
         }
@@ -421,7 +465,7 @@ mod tests {
                     .collect();
             }
             for mirror in [false, true] {
-                let distance = space.distance(&a, &disguised(&a, mirror, &mut rng));
+                let distance = space.distance(&a, &disguised(&a, &[], mirror, &mut rng));
                 // Exact copies up to the rounding of coordinates of size 3.
                 assert!(distance < 1e-13, "{n} atoms: {distance}");
             }
@@ -436,7 +480,7 @@ mod tests {
             let a = random_cluster(n, &mut rng);
             let mut tangent = vec![0.0; 3 * n];
             for size in [0.0, 1e-6, 1e-3, 0.05, 1.0] {
-                let mut b = disguised(&a, true, &mut rng);
+                let mut b = disguised(&a, &[], true, &mut rng);
                 for coordinate in &mut b {
                     *coordinate += size * rng.random_range(-1.0..1.0);
                 }
@@ -474,9 +518,40 @@ mod tests {
         let mut noisy = || octahedron.map(|k| k + rng.random_range(-0.15..0.15));
         let pairs: Vec<_> = (0..20).map(|_| (noisy(), noisy())).collect();
         for (a, b) in pairs {
-            let exact = best_by_enumeration(&centred(&a), &centred(&b), &mut Vec::new()).sqrt();
-            let b = disguised(&b, true, &mut rng);
+            let exact = best_by_enumeration(&centred(&a), &centred(&b), &[], &mut Vec::new());
+            let exact = exact.sqrt();
+            let b = disguised(&b, &[], true, &mut rng);
             approx::assert_abs_diff_eq!(Cluster::new(6).distance(&a, &b), exact, epsilon = 1e-7);
+        }
+    }
+
+    #[test]
+    fn only_atoms_of_one_kind_change_places() {
+        let mut rng = stream(6, Task::Start, 0);
+        let kinds = [18, 36, 18, 36, 36, 54];
+        let space = Cluster::of_kinds(&kinds);
+        for _ in 0..20 {
+            let a = random_cluster(6, &mut rng);
+            let copy = disguised(&a, &kinds, true, &mut rng);
+            assert!(space.distance(&a, &copy) < 1e-13 && space.within(&a, &copy, 1e-9));
+            let near: Vec<f64> = a
+                .iter()
+                .map(|k| k + rng.random_range(-0.05..0.05))
+                .collect();
+            let exact = best_by_enumeration(&centred(&a), &centred(&near), &kinds, &mut Vec::new());
+            let distance = space.distance(&a, &disguised(&near, &kinds, true, &mut rng));
+            approx::assert_abs_diff_eq!(distance, exact.sqrt(), epsilon = 1e-7);
+            // Two atoms of different kinds that change places make another cluster.
+            let mut other = a.clone();
+            for axis in 0..3 {
+                other.swap(axis, 3 + axis);
+            }
+            let apart = space.distance(&a, &other);
+            assert!(Cluster::new(6).distance(&a, &other) < 1e-13 && apart > 0.01);
+            assert!(!space.within(&a, &other, 0.5 * apart));
+            let marks = [&a, &other].map(|x| space.landmarks(x));
+            let bound = marks[0].iter().zip(&marks[1]).map(|(a, b)| (a - b).powi(2));
+            assert!(bound.sum::<f64>().sqrt() <= apart + 1e-12);
         }
     }
 

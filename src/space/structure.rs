@@ -1,4 +1,4 @@
-//! Invariants of a cluster of equal atoms under rigid motions: moments of inertia and point group.
+//! Invariants of a cluster of atoms under rigid motions: moments of inertia and point group.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -18,23 +18,27 @@ pub fn moments_of_inertia(positions: &[f64]) -> [f64; 3] {
 }
 
 /// Order of the point group: the number of rotations and rotary reflections about the centroid that map every atom onto an
-/// atom, for equal atoms at `[x₁, y₁, z₁, x₂, …]`. The group of points on a line is infinite; then only the operations that
+/// atom of its kind, for atoms at `[x₁, y₁, z₁, x₂, …]`. `kinds` may be empty, if all are of one kind. The group of points on a line is infinite; then only the operations that
 /// differ on the line count (1 or 2), and a single point gives 1.
 ///
 /// Atoms coincide within `tolerance` times the distance of the farthest atom from the centroid. The cost is O(n⁴) at worst
 /// for n atoms, but in practice O(n²), because a frame of three atoms must coincide with its copy.
 ///
 /// # Panics
-/// If the number of coordinates is no multiple of three.
-pub fn point_group_order(positions: &[f64], tolerance: f64) -> u32 {
+/// If the number of coordinates is no multiple of three, or there are kinds but not one for each atom.
+pub fn point_group_order(positions: &[f64], kinds: &[usize], tolerance: f64) -> u32 {
     let atoms = centred(positions);
+    assert!(kinds.is_empty() || kinds.len() == atoms.len());
+    let equal = |one: usize, other: usize| kinds.is_empty() || kinds[one] == kinds[other];
     let radius = atoms.iter().map(Vector3::norm).fold(0.0, f64::max);
     let near = tolerance * radius;
     let Some(frame) = Frame::of(&atoms, radius) else {
         // On a line only the inversion can differ from the identity.
-        let inverted =
-            |atom: &Vector3<f64>| atoms.iter().any(|other| (other + atom).norm() <= near);
-        return if radius > 0.0 && atoms.iter().all(inverted) {
+        let inverted = |(place, atom): (usize, &Vector3<f64>)| {
+            let mut others = atoms.iter().enumerate();
+            others.any(|(other, image)| equal(place, other) && (image + atom).norm() <= near)
+        };
+        return if radius > 0.0 && atoms.iter().enumerate().all(inverted) {
             2
         } else {
             1
@@ -52,14 +56,15 @@ pub fn point_group_order(positions: &[f64], tolerance: f64) -> u32 {
                     continue;
                 };
                 let turn = image * frame.basis.transpose();
-                let maps = |atom: &Vector3<f64>| {
+                let maps = |(place, atom): (usize, &Vector3<f64>)| {
                     let moved = turn * atom;
+                    let mut others = atoms.iter().enumerate();
                     // The frame itself coincides only within the tolerance, and levers increase the error.
-                    atoms
-                        .iter()
-                        .any(|other| (other - moved).norm() <= 4.0 * near)
+                    others.any(|(other, image)| {
+                        equal(place, other) && (image - moved).norm() <= 4.0 * near
+                    })
                 };
-                if atoms.iter().all(maps) {
+                if atoms.iter().enumerate().all(maps) {
                     order += 1;
                 }
             }
@@ -175,8 +180,16 @@ mod tests {
             ),
             ("point", &[[1.0, 0.0, 0.0]], 1),
         ] {
-            assert_eq!(point_group_order(&placed(atoms), 1e-3), order, "{name}");
+            let placed = placed(atoms);
+            assert_eq!(point_group_order(&placed, &[], 1e-3), order, "{name}");
+            let kinds = vec![7; atoms.len()];
+            assert_eq!(point_group_order(&placed, &kinds, 1e-3), order, "{name}");
         }
+        // A corner of its own leaves the tetrahedron a threefold axis, and an end of its own turns a line into a lopsided one.
+        let ammonia_like = point_group_order(&placed(&tetrahedron), &[1, 1, 1, 7], 1e-3);
+        assert_eq!(ammonia_like, 6);
+        let line = placed(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]);
+        assert_eq!(point_group_order(&line, &[1, 9], 1e-3), 1);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use crate::energy::Energy;
 use crate::optimize::{QuenchSettings, quench};
 use crate::sample::{Task, stream};
-use crate::topography::in_box;
+use crate::study::in_region;
 
 /// Step of the finite differences of energies, relative to the shortest side of the region.
 const DIFFERENCE: f64 = 1e-5;
@@ -31,7 +31,7 @@ pub fn gradient_points<E>(
     seed: u64,
     mut proceed: impl FnMut() -> Result<bool, E>,
 ) -> Result<Vec<Vec<f64>>, E> {
-    let draw = in_box(low, high);
+    let draw = in_region(energy.space(), (low, high));
     let descent = QuenchSettings::default()
         .with_max_step(1e3 * step)
         .with_max_evaluations(DESCENT);

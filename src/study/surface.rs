@@ -1,6 +1,7 @@
 //! Report of `landscape surface`: the tables, the manifest and the summary of a search.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 
 use serde_json::json;
 
@@ -10,6 +11,7 @@ use super::lowest;
 use super::report::conclude;
 use super::searched::{Searched, SurfaceSearch};
 use super::settings::StudyRun;
+use super::surface_space::{Coordinates, in_region};
 use super::tables::{Input, Mapped};
 use super::uncertainty::Uncertainty;
 use super::{Digits, json as value, tally};
@@ -18,7 +20,7 @@ use crate::store::{AtomicFolder, Counts, LandscapeFiles, Manifest, Source, Stati
 use crate::topography::exchange::{Database, points};
 use crate::topography::{
     Audit, Coverage, Doubt, Exploration, GroupSettings, Landscape, LowestReport, Merge,
-    SearchSettings, TransitionState, Verdict, explore_from, explore_lowest, in_box,
+    SearchSettings, TransitionState, Verdict, explore_from, explore_lowest,
 };
 
 /// Greatest number of rows of a table in the summary.
@@ -36,7 +38,7 @@ pub struct Subject<'a> {
     pub name: &'a str,
     /// The surface.
     pub energy: &'a dyn Energy,
-    /// Kind of coordinates: `flat`, `angles`, `atoms` or `rotation`.
+    /// Kind of coordinates: the name of one of [`Coordinates`].
     pub coordinates: String,
     /// Lower bounds of the box of random starts.
     pub low: Vec<f64>,
@@ -130,7 +132,7 @@ pub fn search_surface(
     groups: &GroupSettings,
     run: &StudyRun<'_>,
 ) -> Result<Searched, StudyError> {
-    let draw = in_box(&subject.low, &subject.high);
+    let draw = in_region(subject.energy.space(), (&subject.low, &subject.high));
     let (energy, settings) = (subject.energy, search.settings);
     let (found, lowest) = match search.lowest {
         Some(lowest) => {
@@ -145,8 +147,10 @@ pub fn search_surface(
     };
     (run.stage_ended)("search", found.evaluations);
     if found.minima.is_empty() {
-        let reasons = no_minima(&found).into_iter();
-        let why: String = reasons.map(|reason| format!("; {reason}")).collect();
+        let mut why = String::new();
+        for reason in no_minima(&found) {
+            let _ = write!(why, "; {reason}");
+        }
         return Err(StudyError::NoMinimum {
             surface: subject.name.to_owned(),
             searches: found.coverage.searches,
@@ -191,7 +195,8 @@ impl SurfaceReport<'_> {
         let saddles = self.found.saddles.iter();
         let saddles = points(saddles.map(|saddle| saddle.coordinates.as_slice()));
         folder.write("points.ts", &saddles)?;
-        let database = Database::from_exploration(self.found, self.subject.coordinates == "atoms");
+        let kinds = (Coordinates::named(&self.subject.coordinates)).and_then(|kind| kind.kinds());
+        let database = Database::from_exploration(self.found, kinds.as_deref());
         let title = format!(
             "{}: {} minima, {} saddles",
             self.subject.name,

@@ -2,11 +2,13 @@
 
 use serde_json::Value;
 
+use crate::sample::Rng;
 use crate::space::{Cluster, Euclidean, Periodic, Rotation, Space, Torus};
 use crate::store::Manifest;
+use crate::topography::in_box;
 
 /// Kinds of coordinates of a surface.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Coordinates {
     /// Numbers in a flat space.
     Flat,
@@ -14,6 +16,8 @@ pub enum Coordinates {
     Angles,
     /// Positions x, y, z of equal atoms; moved, rotated, mirrored and renumbered copies are the same.
     Atoms,
+    /// Positions of atoms of these elements; as `Atoms`, but only atoms of one element are renumbered.
+    Elements(Vec<String>),
     /// Numbers that never leave the region.
     Box,
     /// Numbers that wrap: each with the length of its side of the region as its period.
@@ -28,6 +32,14 @@ pub enum CoordinatesError {
     /// An atom has three coordinates.
     #[error("{0} coordinates, and an atom has three")]
     Atoms(usize),
+    /// An atom has three coordinates and one element.
+    #[error("{coordinates} coordinates for {elements} atoms, and an atom has three")]
+    Elements {
+        /// The number of coordinates.
+        coordinates: usize,
+        /// The number of elements that are named.
+        elements: usize,
+    },
     /// A quaternion has four coordinates.
     #[error("{0} coordinates, and a quaternion has four")]
     Rotation(usize),
@@ -37,7 +49,7 @@ pub enum CoordinatesError {
 }
 
 impl Coordinates {
-    const ALL: [Self; 6] = [
+    const PLAIN: [Self; 6] = [
         Self::Flat,
         Self::Angles,
         Self::Atoms,
@@ -46,21 +58,41 @@ impl Coordinates {
         Self::Rotation,
     ];
 
-    /// The name in files and flags.
-    pub const fn name(self) -> &'static str {
-        match self {
+    /// The name in files and flags. That of atoms of several elements names the element of each: `atoms Ar Ar Kr`.
+    pub fn name(&self) -> String {
+        let name = match self {
             Self::Flat => "flat",
             Self::Angles => "angles",
             Self::Atoms => "atoms",
+            Self::Elements(elements) => return format!("atoms {}", elements.join(" ")),
             Self::Box => "box",
             Self::Periodic => "periodic",
             Self::Rotation => "rotation",
-        }
+        };
+        name.to_owned()
     }
 
     /// The kind of this name.
     pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|kind| kind.name() == name)
+        let plain = Self::PLAIN.into_iter().find(|kind| kind.name() == name);
+        plain.or_else(|| {
+            let elements = name.strip_prefix("atoms ")?.split_whitespace();
+            let elements: Vec<String> = elements.map(str::to_owned).collect();
+            (!elements.is_empty()).then_some(Self::Elements(elements))
+        })
+    }
+
+    /// A number for each atom, equal for equal elements. Empty if all atoms are equal; `None` if these are no
+    /// positions of atoms.
+    pub fn kinds(&self) -> Option<Vec<usize>> {
+        match self {
+            Self::Atoms => Some(Vec::new()),
+            Self::Elements(elements) => {
+                let first = |element| elements.iter().position(|each| each == element);
+                elements.iter().map(first).collect()
+            }
+            _ => None,
+        }
     }
 
     /// The space of these coordinates, as many as the region has sides. The sides are the periods of periodic ones.
@@ -68,7 +100,7 @@ impl Coordinates {
     /// # Errors
     /// If there cannot be so many coordinates, or a periodic one has no period.
     pub fn space(
-        self,
+        &self,
         (low, high): (&[f64], &[f64]),
     ) -> Result<Box<dyn Space + Send>, CoordinatesError> {
         let count = low.len();
@@ -85,9 +117,42 @@ impl Coordinates {
             Self::Angles => Box::new(Torus::new(count)),
             Self::Atoms if count.is_multiple_of(3) => Box::new(Cluster::new(count / 3)),
             Self::Atoms => return Err(CoordinatesError::Atoms(count)),
+            Self::Elements(elements) if count == 3 * elements.len() => {
+                Box::new(Cluster::of_kinds(&self.kinds().unwrap_or_default()))
+            }
+            Self::Elements(elements) => {
+                return Err(CoordinatesError::Elements {
+                    coordinates: count,
+                    elements: elements.len(),
+                });
+            }
             Self::Rotation if count == 4 => Box::new(Rotation::new(1.0)),
             Self::Rotation => return Err(CoordinatesError::Rotation(count)),
         })
+    }
+}
+
+/// Draws points uniformly from a region, as [`in_box`] does. A point that holds a quaternion is then scaled to be one of
+/// `space`: a function is defined on unit quaternions only.
+///
+/// # Panics
+/// The returned function panics if a lower bound is not below its upper bound.
+pub fn in_region<'a>(
+    space: &'a dyn Space,
+    (low, high): (&'a [f64], &'a [f64]),
+) -> impl Fn(&mut Rng) -> Vec<f64> + Sync + 'a {
+    let draw = in_box(low, high);
+    move |rng: &mut Rng| {
+        let mut x = draw(rng);
+        onto(space, &mut x);
+        x
+    }
+}
+
+/// Moves a point onto its space: scales quaternions to length 1.
+pub fn onto(space: &dyn Space, x: &mut [f64]) {
+    if space.coordinates() != space.tangents() {
+        space.exp(x, &vec![0.0; space.tangents()]);
     }
 }
 
@@ -113,6 +178,36 @@ pub fn surface_space(manifest: &Manifest) -> Option<(Box<dyn Space + Send>, Stri
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sample::{Task, stream};
+
+    #[test]
+    fn random_rotations_are_unit_quaternions() {
+        let space = Rotation::new(1.0);
+        let (low, high) = ([-1.0; 4], [1.0; 4]);
+        let draw = in_region(&space, (&low, &high));
+        for id in 0..20 {
+            let x = draw(&mut stream(0, Task::Start, id));
+            let norm = x.iter().map(|k| k * k).sum::<f64>().sqrt();
+            assert!((norm - 1.0).abs() < 1e-12 && x[0] >= 0.0, "{x:?}");
+        }
+        let flat = Euclidean::new(4);
+        let drawn = in_region(&flat, (&low, &high))(&mut stream(0, Task::Start, 0));
+        assert_eq!(drawn, in_box(&low, &high)(&mut stream(0, Task::Start, 0)));
+    }
+
+    #[test]
+    fn atoms_of_elements_have_a_name_that_tells_them() {
+        let kind = Coordinates::named("atoms Ar Kr Ar").unwrap();
+        assert_eq!(kind.name(), "atoms Ar Kr Ar");
+        assert_eq!(kind.kinds(), Some(vec![0, 1, 0]));
+        let region = |count| (vec![0.0; count], vec![1.0; count]);
+        let (low, high) = region(9);
+        assert_eq!(kind.space((&low, &high)).unwrap().coordinates(), 9);
+        let (low, high) = region(6);
+        assert!(kind.space((&low, &high)).is_err());
+        assert_eq!(Coordinates::named("atoms"), Some(Coordinates::Atoms));
+        assert_eq!(Coordinates::named("flat Ar"), None);
+    }
 
     /// The region may come from a file that somebody changed.
     #[test]

@@ -456,8 +456,8 @@ class Grasps:
         return build(self, out, **settings)
 
     def __repr__(self) -> str:
-        pairs = ", ".join(f"{hand} on {object}" for hand, object, _, _ in self.populations)
-        return f"{len(self)} grasps of {pairs}"
+        pairs = dict.fromkeys(f"{hand} on {object}" for hand, object, _, _ in self.populations)
+        return f"{len(self)} grasps of {', '.join(pairs)}"
 
 
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -153,7 +153,7 @@ class Landscape:
     """
 
     def __init__(self, folder: StrPath, *, _keeps: object = None) -> None:
-        self.folder = existing(folder)
+        self.folder: Path = existing(folder)
         """The folder."""
         self._keeps = _keeps
         self._native = _native.Folder(self.folder)
@@ -238,6 +238,17 @@ class Landscape:
         found = self._native.path(a, b, terms)
         return None if found is None else MinimaxPath(**found)
 
+    def draw_path(self, a: int, b: int, out: StrPath, *, pictures: int | None = None) -> list[Path]:
+        """Draws the minimax path between two minima of grasps: ``out`` with the endings ``.png`` and ``.svg`` (pictures of the
+        hand over the energy by term) and ``.glb`` (an animation). Returns the three paths.
+
+        ``pictures``: the number of pictures along the path; 8 by default.
+        """
+        given = flags(pictures=pictures)
+        command("inspect", self.folder, "--path", f"m{a}", f"m{b}", *given, "--quiet", "--output", out, progress=False)
+        stem = Path(out)
+        return [stem.with_name(stem.name + ending) for ending in (".png", ".svg", ".glb")]
+
     def newick(self) -> str:
         """The tree in Newick format."""
         return self.tree.newick()
@@ -272,6 +283,7 @@ class Landscape:
         min_members: int | None = None, monotonic: bool = False,
         pick: Sequence[str] | None = None, levels: int | None = None, place_by: str | None = None,
         colour_by: str | None = None, values: StrPath | None = None, examples: int | None = None,
+        colour: Literal["category", "power", "spheres"] | None = None, stability: StrPath | None = None,
         group_barrier: float | None = None, seed: int | None = None,
     ) -> Path:
         """Draws the landscape and returns the path.
@@ -286,6 +298,10 @@ class Landscape:
             Number of levels at which branches join, as in published disconnectivity graphs.
         place_by, colour_by, values
             Quantities that place or colour the minima, and a CSV file with values of yours.
+        colour, stability
+            Colours of grasps: differences between their types, or a file of :meth:`Grasps.stability` with what held.
+        examples
+            Number of rendered grasps below the graph.
         """
         target = Path(out)
         picture = target.suffix if target.suffix in (".svg", ".png") else None
@@ -294,7 +310,7 @@ class Landscape:
         given = flags(
             lowest=lowest, deepest=deepest, min_members=min_members, monotonic=monotonic, pick=None if pick is None else list(pick),
             levels=levels, place_by=place_by, colour_by=colour_by, values=values, examples=examples,
-            group_barrier=group_barrier, seed=seed,
+            colour=colour, stability=stability, group_barrier=group_barrier, seed=seed,
         )
         command("draw", self.folder, *given, "--quiet", "--output", folder, progress=False)
         if picture is not None:

@@ -11,7 +11,7 @@ _Floats = NDArray[np.float64]
 _Path = str | os.PathLike[str]
 
 __all__ = [
-    "HAND_NAMES", "OBJECT_NAMES", "Energy", "Folder", "Grasps", "Hand", "Object", "Surface", "__version__", "call", "main",
+    "HAND_NAMES", "OBJECT_NAMES", "Energy", "Folder", "Grasps", "Hand", "Object", "Surface", "__version__", "call", "main", "panic",
 ]
 __version__: str
 HAND_NAMES: list[str]
@@ -19,6 +19,7 @@ OBJECT_NAMES: list[str]
 
 def main(arguments: list[str]) -> int: ...
 def call(arguments: list[str], bars: bool) -> str: ...
+def panic(words: str, aside: bool) -> None: ...
 @final
 class Hand:
     def __new__(cls, name_or_file: str, folder: _Path | None, mirror: bool) -> Hand: ...

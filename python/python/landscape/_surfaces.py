@@ -53,14 +53,22 @@ class Box:
 
 @dataclass(frozen=True)
 class Rotations:
-    """A unit quaternion w, x, y, z. The gradient has three numbers, by rotation about each of the body's own axes."""
+    """A unit quaternion w, x, y, z. The gradient has three numbers, by rotation about each of the body's own axes.
+
+    The function is asked at unit quaternions only; points that you give are scaled to length 1.
+    """
 
 
 @dataclass(frozen=True)
 class Atoms:
-    """Positions x, y, z of ``n`` equal atoms: 3 n coordinates. Moved, turned, mirrored and renumbered copies are one point."""
+    """Positions x, y, z of ``n`` atoms: 3 n coordinates. Moved, turned, mirrored and renumbered copies are one point.
+
+    ``elements``: the element of each atom, such as ``("Ar", "Ar", "Kr")``; only atoms of one element are renumbered. Without it
+    all atoms are equal. Point groups know the elements; masses are 1 everywhere.
+    """
 
     n: int
+    elements: Sequence[str] | None = None
 
 
 Space = Union[Euclidean, Torus, Periodic, Box, Rotations, Atoms]
@@ -83,6 +91,19 @@ class Descents(NamedTuple):
     """Evaluations spent, shape (k,)."""
     converged: NDArray[np.bool_]
     """Whether the tolerance was met, shape (k,)."""
+
+
+def _kind(space: Space) -> str:
+    """The coordinates of a space as in files."""
+    name = _KINDS[type(space)]
+    if not isinstance(space, Atoms) or space.elements is None:
+        return name
+    elements = [str(element) for element in space.elements]
+    if len(elements) != space.n:
+        raise InputError(f"elements: there are {len(elements)} of them, but {space.n} atoms")
+    if not all(element and element == "".join(element.split()) for element in elements):
+        raise InputError(f"elements {elements}: names without blanks are needed")
+    return " ".join([name, *elements]) if len(set(elements)) > 1 else name
 
 
 def _count(space: Space) -> int | None:
@@ -131,7 +152,7 @@ def _surface(
         raise InputError(f"a function of a point is needed, not {type(function).__name__}")
     chosen = space if space is not None else getattr(function, "space", None) or Euclidean()
     low, high = _ends(chosen, box, points)
-    made = _native.Surface(function, hessian, batch, name or _name(function), _KINDS[type(chosen)], low, high, 1)
+    made = _native.Surface(function, hessian, batch, name or _name(function), _kind(chosen), low, high, 1)
     return made, chosen, (low, high)
 
 
@@ -189,7 +210,8 @@ def explore(
     search, lowest
         ``"all"``, ``"lowest"`` (the ``lowest`` minima and the ways between them), or ``"auto"``.
     patience, searches, budget_s
-        When the search ends: searches without news for every point found, searches in all, seconds.
+        When the search ends: searches without news for every point found, searches in all, seconds. A search ends between
+        batches of 32 searches only, so that a slow function may take longer than ``budget_s``.
     check_gradient
         Whether to compare the gradient with differences of the energy first.
     name
@@ -295,10 +317,10 @@ class AseEnergy:
     """The energy of an ASE calculator as a function: positions (Å), shape (3 n,), to energy (eV) and gradient (eV/Å)."""
 
     def __init__(self, atoms: Any, calculator: Any) -> None:
-        self.atoms = atoms.copy()
+        self.atoms: Any = atoms.copy()
         self.atoms.calc = calculator
-        self.space = Atoms(len(atoms))
-        self.__name__ = type(calculator).__name__
+        self.space: Atoms = Atoms(len(atoms), tuple(atoms.get_chemical_symbols()))
+        self.__name__: str = type(calculator).__name__
 
     def __call__(self, x: Floats) -> tuple[float, Floats]:
         self.atoms.set_positions(x.reshape(-1, 3))
@@ -307,13 +329,16 @@ class AseEnergy:
 
 
 def from_ase(atoms: Any, calculator: Any) -> AseEnergy:
-    """The energy of ``ase.Atoms`` with a calculator, for :func:`explore`, :func:`map` and :func:`quench` on ``Atoms(n)``.
+    """The energy of ``ase.Atoms`` with a calculator, for :func:`explore`, :func:`map` and :func:`quench`.
 
-    The atoms must be of one element, free and without a periodic cell, because the space takes renumbered and moved copies for
-    one point.
+    Its space is ``Atoms`` with the elements of the atoms: copies with equal atoms renumbered are one point. The atoms must be
+    free and without a periodic cell, because moved and turned copies are one point, too.
+
+    Raises
+    ------
+    InputError
+        If atoms are held by constraints, or the cell is periodic.
     """
-    if len(set(atoms.get_atomic_numbers().tolist())) > 1:
-        raise InputError("atoms of several elements: the space of equal atoms does not apply; write a function on Euclidean(n)")
     if atoms.get_pbc().any():
         raise InputError("atoms in a periodic cell: keep one atom fixed and write a function on Periodic()")
     if len(atoms.constraints):

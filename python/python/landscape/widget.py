@@ -7,11 +7,23 @@ import hashlib
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-import anywidget
 import traitlets
 
 from ._call import Folder
+
+if TYPE_CHECKING:
+
+    class AnyWidget:
+        """What is used of ``anywidget.AnyWidget``, whose types are not known to type checkers."""
+
+        def __init__(self, **traits: Any) -> None: ...
+        def observe(self, handler: Callable[[Any], object], names: str | list[str] = ...) -> None: ...
+        def unobserve(self, handler: Callable[[Any], object], names: str | list[str] = ...) -> None: ...
+        def close(self) -> None: ...
+else:
+    from anywidget import AnyWidget
 
 #: Runs in the page: tells the notebook what is selected, and selects what the notebook tells.
 _BRIDGE = """
@@ -69,19 +81,18 @@ def bridged(page: str) -> str:
     return f"{allowed[:place]}<script>{_BRIDGE}</script>{allowed[place:]}"
 
 
-class Page(anywidget.AnyWidget):
+class Page(AnyWidget):
     """A page that is shown in a notebook. ``selected`` are the names of the items chosen on it, the latest last; setting it
     chooses them."""
 
     _esm = _ESM
-    page = traitlets.Unicode().tag(sync=True)
-    height_px = traitlets.Int(720).tag(sync=True)
-    selected = traitlets.List(traitlets.Unicode()).tag(sync=True)
+    page: traitlets.Unicode[str, str | bytes] = traitlets.Unicode().tag(sync=True)
+    height_px: traitlets.Int[int, int] = traitlets.Int(720).tag(sync=True)
+    selected: traitlets.List[str] = traitlets.List(traitlets.Unicode()).tag(sync=True)
 
     @classmethod
     def of(cls, write: Callable[..., Path], height_px: int) -> Page:
         """The page that ``write`` writes into the file that it is given."""
         folder = Folder()
         text = write(folder / "page.html", progress=False).read_text(encoding="utf-8")
-        made: Page = cls(page=bridged(text), height_px=height_px)
-        return made
+        return cls(page=bridged(text), height_px=height_px)

@@ -22,9 +22,9 @@ use crate::energy::{Counted, Energy, External, InBox, Protocol, model};
 use crate::limits::SEARCHES;
 use crate::store::{Source, content_hash};
 use crate::study::{
-    self, StudyError, StudyRun, Subject, SurfaceReport, SurfaceSearch, search_surface,
+    self, StudyError, StudyRun, Subject, SurfaceReport, SurfaceSearch, in_region, search_surface,
 };
-use crate::topography::{GuardedJournal, Run, SearchSettings, in_box, probe_size};
+use crate::topography::{GuardedJournal, Run, SearchSettings, probe_size};
 
 /// Map a surface.
 #[derive(Debug, Args)]
@@ -286,7 +286,7 @@ fn map(
         (subject.low, subject.high) = unrolled.region.clone();
     }
     let subject = &subject;
-    let draw = in_box(&subject.low, &subject.high);
+    let draw = in_region(subject.energy.space(), (&subject.low, &subject.high));
     let measuring = Counted::new(subject.energy);
     let mut settings = SearchSettings::measured(&measuring, &draw, command.seed);
     check()?;

@@ -4,8 +4,9 @@ use serde_json::{Value, json};
 
 use super::pack::Pack;
 use crate::energy::model;
-use crate::space::{Cluster, Euclidean, Periodic, Rotation, Space, Torus};
+use crate::space::Space;
 use crate::store::Manifest;
+use crate::study::surface_space;
 
 /// Points of the contour map along each coordinate.
 const GRID: usize = 121;
@@ -14,25 +15,10 @@ const BEYOND: f64 = 0.08;
 
 /// The space of a searched surface: the kind of its coordinates and their number; `None` if the manifest does not tell.
 pub(super) fn space(manifest: &Manifest) -> Option<(String, Box<dyn Space + Send>)> {
-    let count = manifest.energy["low"].as_array().map(Vec::len)?;
+    let (space, _) = surface_space(manifest)?;
+    // Of the name of atoms of several elements, the page needs the first word.
     let kind = manifest.energy["coordinates"].as_str()?;
-    let space: Box<dyn Space + Send> = match kind {
-        "flat" | "box" => Box::new(Euclidean::new(count)),
-        "periodic" => {
-            let (low, high) = (bounds(manifest, "low"), bounds(manifest, "high"));
-            let sides = low.iter().zip(&high).map(|(low, high)| high - low);
-            let periods: Vec<f64> = sides.filter(|side| *side > 0.0).collect();
-            if periods.len() != low.len() {
-                return None;
-            }
-            Box::new(Periodic::new(&low, &periods))
-        }
-        "angles" => Box::new(Torus::new(count)),
-        "atoms" if count.is_multiple_of(3) => Box::new(Cluster::new(count / 3)),
-        "rotation" if count == 4 => Box::new(Rotation::new(1.0)),
-        _ => return None,
-    };
-    Some((kind.to_owned(), space))
+    Some((kind.split_whitespace().next()?.to_owned(), space))
 }
 
 fn bounds(manifest: &Manifest, name: &str) -> Vec<f64> {

@@ -115,9 +115,9 @@ impl Database {
         }
     }
 
-    /// All minima and saddles of a search with their curvatures. With `atoms`, the coordinates are positions of equal atoms
-    /// of mass 1, which also give point groups and moments of inertia.
-    pub fn from_exploration(found: &Exploration, atoms: bool) -> Self {
+    /// All minima and saddles of a search with their curvatures. With `kinds`, the coordinates are positions of atoms of
+    /// mass 1, which also give point groups and moments of inertia; no kinds in it mean that all atoms are equal.
+    pub fn from_exploration(found: &Exploration, kinds: Option<&[usize]>) -> Self {
         let vibrations = |coordinates: &[f64], curvatures: &[f64]| {
             let positive = curvatures.iter().filter(|curvature| **curvature > 0.0);
             let log_product = positive.map(|curvature| curvature.ln()).sum();
@@ -126,9 +126,9 @@ impl Database {
                 negative_curvature: curvatures.first().copied().filter(|lowest| *lowest < 0.0),
                 ..Vibrations::default()
             };
-            Some(if atoms {
+            Some(if let Some(kinds) = kinds {
                 Vibrations {
-                    point_group_order: point_group_order(coordinates, SAME_PLACE),
+                    point_group_order: point_group_order(coordinates, kinds, SAME_PLACE),
                     moments_of_inertia: moments_of_inertia(coordinates),
                     ..plain
                 }

@@ -88,6 +88,8 @@ let written = null;
 let waiting = 0;
 
 function keepInAddress() {
+  // A frame whose page is given as text (srcdoc) has no address: a new one would load the page around it into the frame.
+  if (location.protocol === "about:") return;
   clearTimeout(waiting);
   waiting = setTimeout(() => {
     written = "#" + fragment();

@@ -1,0 +1,154 @@
+"""Landscapes: what is computed from them, and files in and out."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import landscape as ls
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """Seven Lennard-Jones atoms."""
+    return ls.explore("lj 7")
+
+
+def partition(found, temperature):
+    """Harmonic partition functions of the minima without common factors, from the numbers in ``stationary``."""
+    orders = [float(row.split()[2]) for row in (found.folder / "min.data").read_text().splitlines()]
+    minima = found.stationary.where(found.stationary["index"] == 0)
+    logs = [
+        -0.5 * np.log(curvatures[curvatures > 1e-6]).sum() - np.log(order) - energy / temperature
+        for curvatures, order, energy in zip(minima.curvatures, orders, minima.energy)
+    ]
+    return np.exp(np.array(logs) - max(logs))
+
+
+def test_heat_capacity_is_that_of_harmonic_wells(cluster):
+    told = cluster.thermodynamics(temperatures="0.05:0.3x6")
+    assert len(told["curves"]) == 6
+    for at in told["curves"]:
+        temperature = at["temperature"]
+        share = partition(cluster, temperature)
+        share /= share.sum()
+        energy = cluster.minima.energy
+        spread = (share * energy**2).sum() - (share * energy).sum() ** 2
+        # Each of 15 vibrations holds kT; the occupation adds the rest.
+        assert at["heat_capacity"] == pytest.approx(15 + spread / temperature**2, rel=1e-6)
+        assert at["energy"] == pytest.approx((share * energy).sum() + 15 * temperature, rel=1e-6)
+
+
+def test_rates_are_in_detailed_balance(cluster, tmp_path):
+    told = cluster.rates([1], ["m0"], [0.1, 0.2], out=tmp_path / "rates")
+    assert told["sources"] == [1] and told["targets"] == [0] and (tmp_path / "rates.svg").is_file()
+    for at in told["at"]:
+        share = partition(cluster, at["temperature"])
+        forward, backward = (at[way]["log_steady_state_rate"] for way in ("forward", "backward"))
+        assert forward - backward == pytest.approx(np.log(share[0] / share[1]), abs=1e-6)
+        assert at["pathways"][0]["minima"][0] == 1 and at["pathways"][0]["minima"][-1] == 0
+    single = cluster.rates([1], [0], 0.1)
+    assert single["at"][0]["forward"] == told["at"][0]["forward"]
+    slow = cluster.rates([1], [0], 0.1, friction=1e3)["at"][0]["forward"]
+    assert slow["log_steady_state_rate"] < single["at"][0]["forward"]["log_steady_state_rate"] - 1
+
+
+def test_diff_pairs_minima(cluster):
+    other = ls.explore("lj 7", seed=5)
+    same = cluster.diff(other)
+    assert list(same.matches.before) == list(same.matches.after) == [0, 1, 2, 3]
+    assert same.matches.energy_before == pytest.approx(same.matches.energy_after, abs=1e-8)
+    assert same.vanished == [] and same.appeared == [] and len(same.to_pandas()) == 4
+    with pytest.raises(ls.InputError):
+        cluster.diff(ls.explore("muller-brown"))
+
+
+def test_diff_tells_what_vanished_and_appeared():
+    def wells(count):
+        return lambda x: (np.cos(count * x).sum(), -count * np.sin(count * x))
+
+    two, three = (ls.explore(wells(count), ls.Torus(1), name="wells") for count in (2, 3))
+    told = two.diff(three, within=0.1)
+    assert told.matches.rows == 0 and told.vanished == [0, 1] and told.appeared == [0, 1, 2]
+    assert two.diff(three, within=1.0).matches.rows > 0
+
+
+def test_compare_tells_of_the_taxonomy(mapped, tmp_path):
+    text = mapped.compare(out=tmp_path / "one")
+    assert "taxonomy" in text.lower()
+    written = json.loads((tmp_path / "one.json").read_text())
+    assert written and (tmp_path / "one.md").stat().st_size > 100
+    both = mapped.compare(mapped, seed=3)
+    assert both != text and "type" in both
+    with pytest.raises(ls.InputError, match="not a landscape of grasps"):
+        ls.explore("muller-brown").compare()
+
+
+def test_pages(cluster, mapped, grasps, tmp_path):
+    one, two, of_grasps = (
+        cluster.report(tmp_path / "one.html"), mapped.report(tmp_path / "two.html", other=mapped),
+        grasps.report(tmp_path / "grasps.html"),
+    )
+    texts = [page.read_text(encoding="utf-8") for page in (one, two, of_grasps)]
+    assert all(text.startswith("<!") and "</html>" in text for text in texts)
+    assert len(set(map(len, texts))) == 3
+    beside = cluster.save(tmp_path / "kept.landscape")
+    assert beside.report() == tmp_path / "kept.report.html" and beside.report().is_file()
+    assert beside.newick() == cluster.newick()
+
+
+def test_pictures(cluster, mapped, tmp_path):
+    assert b"<svg" in cluster.draw(tmp_path / "tree.svg", levels=10).read_bytes()[:400]
+    assert cluster.draw(tmp_path / "few.png", lowest=2).read_bytes().startswith(b"\x89PNG")
+    folder = mapped.draw(tmp_path / "all", colour="category", examples=2)
+    assert {"disconnectivity.svg", "barriers.png", "tree.nwk"} <= {path.name for path in folder.iterdir()}
+
+
+def test_pictures_of_a_path(cluster, mapped, tmp_path):
+    png, svg, glb = mapped.draw_path(0, 1, tmp_path / "way.0-1", pictures=3)
+    assert png.name == "way.0-1.png" and png.read_bytes().startswith(b"\x89PNG")
+    assert b"<svg" in svg.read_bytes()[:400] and glb.read_bytes().startswith(b"glTF")
+    with pytest.raises(ls.InputError, match="same minimum"):
+        mapped.draw_path(1, 1, tmp_path / "none")
+    with pytest.raises(ls.InputError, match="not a landscape of grasps"):
+        cluster.draw_path(0, 1, tmp_path / "none")
+
+
+def test_pathsample_files_go_out_and_in(cluster, tmp_path):
+    written = cluster.write_pathsample(tmp_path / "sample")
+    assert sorted(path.name for path in written.iterdir()) == ["min.data", "points.min", "points.ts", "ts.data"]
+    points = np.fromfile(written / "points.min").reshape(4, 21)
+    assert points == pytest.approx(cluster.minima.coordinates, abs=1e-12)
+    again = ls.import_landscape(written, tmp_path / "again.landscape")
+    assert again.minima.energy == pytest.approx(cluster.minima.energy, abs=1e-6)
+    assert again.tree.heights() == pytest.approx(cluster.tree.heights(), abs=1e-6)
+    assert again.coverage is None
+    rates = [found.rates([1], [0], 0.1)["at"][0]["forward"]["log_steady_state_rate"] for found in (cluster, again)]
+    assert rates[1] == pytest.approx(rates[0], abs=1e-4)
+
+
+def test_the_tree_in_other_forms(cluster):
+    nodes = cluster.tree.nodes
+    assert (nodes.minimum[:4] == np.arange(4)).all() and nodes.rows == 7
+    assert "digraph" in cluster.tree.dot() or "graph" in cluster.tree.dot()
+    assert cluster.tree.to_dict() and cluster.newick().count(",") == 3
+    heights = cluster.tree.heights()
+    assert (heights == heights.T).all()
+    # Of three heights the two largest are equal.
+    for a, b, c in [(0, 1, 2), (0, 2, 3), (1, 2, 3)]:
+        low, middle, high = sorted([heights[a, b], heights[b, c], heights[a, c]])
+        assert middle == high
+
+
+def test_diversity_of_two_sets(grasps, tmp_path):
+    shipped = ls.Grasps.read(Path(__file__).parents[2] / "data/grasps.parquet")
+    # Grasps that are all near one are less diverse than as many from everywhere.
+    near = np.argsort(np.linalg.norm(shipped.poses - shipped.poses[0], axis=1))[:40]
+    told = ls.diversity(shipped[::10], shipped[near], resamplings=50, out=tmp_path / "told")
+    contacts = next(measure for measure in told["measures"] if measure["of"] == "contacts")
+    (many, *_), (few, *_) = contacts["sets"]
+    assert many["value"] > few["value"] > 1
+    assert (tmp_path / "told.md").is_file()
+    with pytest.raises(ls.InputError, match="at least 30"):
+        ls.diversity(grasps, grasps)
