@@ -7,7 +7,7 @@ use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use landscape::energy::{Energy, Wrapper};
+use landscape::energy::{Energy, Wrapper, hessian_from_gradients};
 use landscape::space::Space;
 use landscape::topography::JournalError;
 use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods};
@@ -367,35 +367,20 @@ impl Wrapper for Function<'_> {
                 .asked
                 .asked(false, |py| self.asked.ask_hessian(py, function, x, hessian));
         }
-        let n = self.asked.tangents;
-        if !self.asked.batch || n == 0 {
+        if !self.asked.batch {
             return false;
         }
-        let mut points = Vec::with_capacity(2 * n);
-        for along in 0..n {
-            for step in [self.difference, -self.difference] {
-                let mut tangent = vec![0.0; n];
-                tangent[along] = step;
-                let mut point = x.to_vec();
-                self.space.exp(&mut point, &tangent);
-                points.push(point);
-            }
-        }
-        let (mut energies, mut gradients) = (vec![0.0; 2 * n], vec![0.0; 2 * n * n]);
-        let known = self.asked.asked(false, |py| {
-            self.asked
-                .ask_batch(py, &points, &mut energies, &mut gradients)?;
-            Ok(energies.iter().all(|energy| energy.is_finite()))
-        });
-        if known {
-            for along in 0..n {
-                let [up, down] = [2 * along, 2 * along + 1].map(|row| &gradients[row * n..][..n]);
-                for k in 0..n {
-                    hessian[along * n + k] = (up[k] - down[k]) / (2.0 * self.difference);
-                }
-            }
-        }
-        known
+        let gradients = |points: &[Vec<f64>]| {
+            let mut energies = vec![0.0; points.len()];
+            let mut gradients = vec![0.0; points.len() * self.asked.tangents];
+            let known = self.asked.asked(false, |py| {
+                self.asked
+                    .ask_batch(py, points, &mut energies, &mut gradients)?;
+                Ok(energies.iter().all(|energy| energy.is_finite()))
+            });
+            known.then_some(gradients)
+        };
+        hessian_from_gradients(self.space, x, self.difference, gradients, hessian)
     }
 
     fn piecewise(&self) -> Option<&dyn landscape::energy::Piecewise> {

@@ -50,6 +50,14 @@ impl<F: Fn(&[f64], &mut [f64]) -> f64 + Sync> InBox<F> {
         self.space.point(coordinates)
     }
 
+    /// Coordinates of a point of the box, the reverse of [`InBox::point`]. A point outside is first moved to the nearest face.
+    ///
+    /// # Panics
+    /// If `point` has the wrong length.
+    pub fn coordinates(&self, point: &[f64]) -> Vec<f64> {
+        self.space.unrolled(point)
+    }
+
     /// Least and greatest coordinates of the box, between which random starts are drawn.
     pub fn region(&self) -> (Vec<f64>, Vec<f64>) {
         self.space.copy()

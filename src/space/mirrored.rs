@@ -56,6 +56,19 @@ impl Mirrored {
             .collect()
     }
 
+    /// Coordinates u of the point x, in the copy of [`Mirrored::copy`]. A point outside the box is first moved to its nearest
+    /// face.
+    ///
+    /// # Panics
+    /// If `x` has the wrong length.
+    pub fn unrolled(&self, x: &[f64]) -> Vec<f64> {
+        assert_eq!(x.len(), self.halves.len());
+        let sides = self.middles.iter().zip(&self.halves).zip(x);
+        sides
+            .map(|((middle, half), x)| half * ((middle - x) / half).clamp(-1.0, 1.0).acos())
+            .collect()
+    }
+
     /// Derivatives of x with respect to u.
     ///
     /// # Panics
@@ -119,6 +132,22 @@ impl Space for Mirrored {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn points_are_unrolled() {
+        let space = Mirrored::new(&[-1.0, 2.0], &[3.0, 3.0]);
+        for x in [[0.3, 2.9], [-1.0, 3.0], [1.0, 2.0]] {
+            let u = space.unrolled(&x);
+            approx::assert_abs_diff_eq!(space.point(&u).as_slice(), x.as_slice(), epsilon = 1e-14);
+            let (low, high) = space.copy();
+            assert!((0..2).all(|k| (low[k]..=high[k]).contains(&u[k])));
+        }
+        approx::assert_abs_diff_eq!(
+            space.point(&space.unrolled(&[-7.0, 2.5])).as_slice(),
+            [-1.0, 2.5].as_slice(),
+            epsilon = 1e-14
+        );
+    }
 
     #[test]
     fn copies_are_one_point() {

@@ -138,15 +138,14 @@ fn a_box_keeps_its_points() {
     let lines = "assert abs(x) <= 1 + 1e-12 and abs(y) <= 2 + 1e-12\nenergy = (x - 2) ** 2 + (y * y - 1) ** 2\n\
                  gradient = [2 * (x - 2), 4 * y * (y * y - 1)]";
     let command = program(&desk, "boxed.py", lines);
-    desk.succeed(&[
+    let arguments = [
         "--command",
         &command,
         "--region=-1:1,-2:2",
         "--coordinates",
         "box",
-        "-o",
-        "boxed",
-    ]);
+    ];
+    desk.succeed(&[&arguments[..], &["-o", "boxed"]].concat());
     let rows = StationaryRow::read(&desk.path("boxed")).unwrap();
     let minima: Vec<_> = rows.iter().filter(|row| row.index == 0).collect();
     assert_eq!(minima.len(), 2, "{rows:?}");
@@ -156,5 +155,12 @@ fn a_box_keeps_its_points() {
             (x - 1.0).abs() < 1e-9 && (y.abs() - 1.0).abs() < 1e-5,
             "{x} {y}"
         );
+    }
+    // Its points can be given again, and points outside are moved to the nearest face.
+    fs::write(desk.path("outside.txt"), "7 1.1\n").unwrap();
+    for from in ["boxed", "outside.txt"] {
+        let known = ["--from", from, "--no-report", "-o", "again"];
+        let text = desk.succeed(&[&arguments[..], &known, &["--force"]].concat());
+        assert!(text.contains("**2 minima** and **1 saddles**"), "{text}");
     }
 }

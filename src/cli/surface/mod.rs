@@ -22,7 +22,8 @@ use crate::energy::{Counted, Energy, External, InBox, Protocol, model};
 use crate::limits::SEARCHES;
 use crate::store::{Source, content_hash};
 use crate::study::{
-    self, StudyError, StudyRun, Subject, SurfaceReport, SurfaceSearch, in_region, search_surface,
+    self, StudyError, StudyRun, Subject, SurfaceReport, SurfaceSearch, in_region, onto,
+    search_surface,
 };
 use crate::topography::{GuardedJournal, Run, SearchSettings, probe_size};
 
@@ -251,10 +252,12 @@ fn run_program(
     let (low, high) = (subject.low.clone(), subject.high.clone());
     let boxed = InBox::new(&low, &high, |x, gradient| external.evaluate(x, gradient));
     let point = |u: &[f64]| boxed.point(u);
+    let coordinates = |x: &[f64]| boxed.coordinates(x);
     let unrolled = Unrolled {
         energy: &boxed,
         region: boxed.region(),
         point: &point,
+        coordinates: &coordinates,
     };
     map(command, common, &subject, Some(&unrolled), &check)
 }
@@ -264,6 +267,7 @@ struct Unrolled<'a> {
     energy: &'a dyn Energy,
     region: Region,
     point: &'a dyn Fn(&[f64]) -> Vec<f64>,
+    coordinates: &'a dyn Fn(&[f64]) -> Vec<f64>,
 }
 
 /// Searches `shown`, through `unrolled` if it is a box.
@@ -276,11 +280,13 @@ fn map(
 ) -> anyhow::Result<()> {
     let started = Instant::now();
     let mut subject = shown.clone();
-    let (known, known_hash) = command.extent.known(subject.low.len())?;
-    ensure!(
-        known.is_empty() || unrolled.is_none(),
-        "--from cannot be used with --coordinates box"
-    );
+    let (mut known, known_hash) = command.extent.known(subject.low.len())?;
+    for point in &mut known {
+        match unrolled {
+            Some(unrolled) => *point = (unrolled.coordinates)(point),
+            None => onto(subject.energy.space(), point),
+        }
+    }
     if let Some(unrolled) = unrolled {
         subject.energy = unrolled.energy;
         (subject.low, subject.high) = unrolled.region.clone();
