@@ -148,7 +148,8 @@ fn the_readme_takes_two_minutes() {
 
 #[test]
 fn wrong_links_are_found() {
-    let page = "# A b–c, *d*\n[x](y.md#z) ![p](../q.png) [w](https://e.org)\n```\n# no\n[n](n.md)\n```\n";
+    let page =
+        "# A b–c, *d*\n[x](y.md#z) ![p](../q.png) [w](https://e.org)\n```\n# no\n[n](n.md)\n```\n";
     assert_eq!(targets(page), ["y.md#z", "../q.png"]);
     assert_eq!(anchors(page), BTreeSet::from(["a-bc-d".to_owned()]));
     let here = Path::new("docs/decisions/x.md");
@@ -247,7 +248,7 @@ fn the_tutorial_of_hands_runs() {
     for made in [
         "claw.json",
         "claw.png",
-        "claw.report.html",
+        "claw.grasps.html",
         "claw.landscape/report.html",
         "claw.diversity.md",
     ] {
