@@ -1,4 +1,4 @@
-//! Every measured number in the README comes from a file under `figures/` that a program wrote.
+//! Every measured number in the README and in `figures/README.md` comes from a file that a program wrote.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -64,7 +64,7 @@ fn measured<'a>(file: &'a str, (name, fragment, index): &(String, String, usize)
 }
 
 #[test]
-fn measured_numbers_of_the_readme_stand_in_the_files_of_figures() {
+fn measured_numbers_of_pages_stand_in_the_files_of_programs() {
     let claims: BTreeMap<String, Vec<Claim>> = toml::from_str(&read("tests/claims.toml")).unwrap();
     for (page, claims) in claims {
         let whole = read(&page);
@@ -89,8 +89,8 @@ fn measured_numbers_of_the_readme_stand_in_the_files_of_figures() {
                     "{page} says {told}, {file} {measured}: {says}"
                 );
                 assert!(
-                    whole.contains(&file),
-                    "{page} has no link to {file}, which holds its numbers"
+                    whole.contains(beside(&page, &file)),
+                    "{page} does not name {file}, which holds its numbers"
                 );
             }
             let sentence = says.replace(['{', '}'], "");
@@ -103,6 +103,14 @@ fn measured_numbers_of_the_readme_stand_in_the_files_of_figures() {
             "numbers of {page} that tests/claims.toml does not know: {unguarded:#?}"
         );
     }
+}
+
+/// A file as a page in the same folder names it.
+fn beside<'a>(page: &str, file: &'a str) -> &'a str {
+    let folder = page.rsplit_once('/').map_or("", |(folder, _)| folder);
+    file.strip_prefix(folder)
+        .and_then(|rest| rest.strip_prefix('/'))
+        .unwrap_or(file)
 }
 
 /// Whether a line states a share, a p-value or a duration.

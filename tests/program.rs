@@ -11,6 +11,7 @@ mod folder;
 mod inspect;
 mod labels;
 mod object_files;
+mod pages;
 #[expect(dead_code, reason = "what only `write` calls reads whole landscapes")]
 #[path = "../analysis/paper_claims/claims/mod.rs"]
 mod paper_claims;

@@ -26,8 +26,15 @@ def test_every_block_has_a_test():
         for file in [ROOT / "README.md", ROOT / "python/README.md", *(ROOT / "docs").rglob("*.md")]
     }
     assert {file for file, count in counts.items() if count} == {
-        "python/README.md", "docs/external_energy.md", "docs/mano.md", "docs/neural_objects.md",
+        "README.md", "python/README.md", "docs/external_energy.md", "docs/mano.md", "docs/neural_objects.md",
     }
+
+
+def test_readme_of_the_project():
+    names: dict = {}
+    (block,) = blocks("README.md")
+    exec(compile(block, "README.md", "exec"), names)
+    assert names["grasps"].joints_rad.shape[1] == 22
 
 
 def test_readme():
