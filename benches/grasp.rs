@@ -16,14 +16,18 @@ use landscape::store::{GraspFile, Overrides};
 use rand::RngExt;
 use rayon::prelude::*;
 
-fn energy(hand: Hand, contacts: usize) -> GraspEnergy {
+/// The energy of a hand on the round bottle.
+fn energy(hand: Hand, settings: EnergySettings) -> GraspEnergy {
     let object = Object::named("bottle_round").expect("the bottle comes with the crate");
-    let settings = EnergySettings {
+    GraspEnergy::new(Arc::new(hand), Arc::new(object), settings).expect("the settings make sense")
+}
+
+/// The settings of an energy of so many point contacts.
+fn of_points(contacts: usize) -> EnergySettings {
+    EnergySettings {
         contacts,
         ..EnergySettings::four_points()
-    };
-    GraspEnergy::new(Arc::new(hand), Arc::new(object), settings)
-        .expect("the default settings make sense")
+    }
 }
 
 /// A walk of small steps around a synthesized grasp, as in a descent or a chain.
@@ -53,7 +57,7 @@ fn around(energy: &GraspEnergy, grasp: &Grasp, step_m: f64) -> Vec<Vec<f64>> {
 
 fn evaluations(criterion: &mut Criterion) {
     for contacts in [3, 4] {
-        let energy = energy(Hand::human(), contacts);
+        let energy = energy(Hand::human(), of_points(contacts));
         let (choice, points) = walk(&energy, 5e-4);
         let mut gradient = vec![0.0; energy.space().tangents()];
         let mut group = criterion.benchmark_group(format!("grasp/{contacts} contacts"));
@@ -96,13 +100,7 @@ fn evaluations(criterion: &mut Criterion) {
 
 /// The energy of an elastic layer, at a grasp and around it.
 fn layer(criterion: &mut Criterion) {
-    let object = Object::named("bottle_round").expect("the bottle comes with the crate");
-    let energy = GraspEnergy::new(
-        Arc::new(Hand::human()),
-        Arc::new(object),
-        EnergySettings::closed(),
-    )
-    .expect("the preset makes sense");
+    let energy = energy(Hand::human(), EnergySettings::closed());
     let settings = SynthesisSettings::closed();
     let mut gradient = vec![0.0; energy.space().tangents()];
     let mut group = criterion.benchmark_group("grasp/layer");
@@ -131,13 +129,7 @@ fn batch(criterion: &mut Criterion) {
     let poses: Vec<Vec<f64>> = (file.grasps.iter())
         .map(|row| row.grasp.pose.to_vec())
         .collect();
-    let object = Object::named("bottle_round").expect("the bottle comes with the crate");
-    let energy = GraspEnergy::new(
-        Arc::new(Hand::human()),
-        Arc::new(object),
-        EnergySettings::closed(),
-    )
-    .expect("the preset makes sense");
+    let energy = energy(Hand::human(), EnergySettings::closed());
     let tangents = energy.space().tangents();
     let mut energies = vec![0.0; poses.len()];
     let mut gradients = vec![0.0; poses.len() * tangents];
@@ -186,7 +178,7 @@ fn other_hands(criterion: &mut Criterion) {
     }
     let mut group = criterion.benchmark_group("grasp/hands");
     for (name, hand) in hands {
-        let energy = energy(hand, 4);
+        let energy = energy(hand, of_points(4));
         let (choice, points) = walk(&energy, 5e-4);
         let mut gradient = vec![0.0; energy.space().tangents()];
         let mut next = (0..points.len()).cycle();

@@ -210,7 +210,7 @@ fn copy(from: &Path, to: &Path) {
 
 /// Runs the commands of a tutorial in a folder that has the files of the project which they name.
 #[cfg(unix)]
-fn follow(tutorial: &str) -> Desk {
+fn follow(tutorial: &str, makes: &[&str]) -> Desk {
     let desk = Desk::empty();
     for folder in ["data", "python/tutorials/claw"] {
         copy(&root().join(folder), &desk.path(folder));
@@ -238,47 +238,49 @@ fn follow(tutorial: &str) -> Desk {
         let said = String::from_utf8_lossy(&run.stderr);
         assert!(run.status.success(), "{tutorial}: {command}{said}");
     }
+    for made in makes {
+        assert!(desk.path(made).exists(), "{tutorial} makes no {made}");
+    }
     desk
 }
 
 #[cfg(unix)]
 #[test]
 fn the_tutorial_of_hands_runs() {
-    let desk = follow("own_hand.md");
-    for made in [
-        "claw.json",
-        "claw.png",
-        "claw.grasps.html",
-        "claw.landscape/report.html",
-        "claw.diversity.md",
-    ] {
-        assert!(desk.path(made).exists(), "{made}");
-    }
+    follow(
+        "own_hand.md",
+        &[
+            "claw.json",
+            "claw.png",
+            "claw.grasps.html",
+            "claw.landscape/report.html",
+            "claw.diversity.md",
+        ],
+    );
 }
 
 #[cfg(unix)]
 #[test]
 fn the_tutorial_of_published_grasps_runs() {
-    let desk = follow("published_grasps.md");
-    for made in [
-        "published.stability.parquet",
-        "published.labelled.parquet",
-        "published.landscape/report.html",
-        "published_qpos.csv",
-    ] {
-        assert!(desk.path(made).exists(), "{made}");
-    }
+    follow(
+        "published_grasps.md",
+        &[
+            "published.stability.parquet",
+            "published.labelled.parquet",
+            "published.landscape/report.html",
+            "published_qpos.csv",
+        ],
+    );
 }
 
 #[cfg(unix)]
 #[test]
 fn the_tutorial_of_energies_runs() {
-    let desk = follow("own_energy.md");
+    let made = ["min.data", "ts.data", "tree.nwk", "report.html"];
+    let made = made.map(|name| format!("lj-7.landscape/{name}"));
+    let desk = follow("own_energy.md", &made.each_ref().map(String::as_str));
     let summary = read(&desk.path("lj-7.landscape/summary.md"));
     assert!(summary.contains("**4 minima** and **12 saddles**"));
-    for made in ["min.data", "ts.data", "tree.nwk", "report.html"] {
-        assert!(desk.path("lj-7.landscape").join(made).exists(), "{made}");
-    }
 }
 
 /// The commands of the README are those of the program: each says what is missing here, and nothing about its arguments.

@@ -129,7 +129,7 @@ impl Parts {
         AtomicFolder::open(&search.out, true).map_err(|error| Failure::of(&error))
     }
 
-    fn explore(&self, known: &[Vec<f64>], search: &Search) -> Result<String, Failure> {
+    fn explore(&self, mut known: Vec<Vec<f64>>, search: &Search) -> Result<String, Failure> {
         let function = self.function();
         let boxed = (self.kind == Coordinates::Box).then(|| {
             InBox::new(&self.low, &self.high, |x, gradient| {
@@ -144,6 +144,11 @@ impl Parts {
             Some(boxed) => boxed.region(),
             None => (self.low.clone(), self.high.clone()),
         };
+        if let Some(boxed) = &boxed {
+            for point in &mut known {
+                *point = boxed.coordinates(point);
+            }
+        }
         let started = Instant::now();
         self.check(energy, (&low, &high), search)?;
         let draw = in_region(energy.space(), (&low, &high));
@@ -194,7 +199,7 @@ impl Parts {
         let how = SurfaceSearch {
             settings: &settings,
             lowest: lowest.as_ref(),
-            known,
+            known: &known,
         };
         let searched = search_surface(&subject, &how, &groups, &run);
         watch.clear();
@@ -334,13 +339,7 @@ impl Surface {
         search: Search,
     ) -> PyResult<String> {
         let known = self.points(py, "known", known)?;
-        if self.parts.kind == Coordinates::Box && !known.is_empty() {
-            return Err(input(
-                py,
-                "known: points cannot be given with a box that is never left",
-            ));
-        }
-        self.work(py, move |parts| parts.explore(&known, &search))
+        self.work(py, move |parts| parts.explore(known, &search))
     }
 
     /// Maps the landscape between the minima below `starts`, writes its folder, and returns its summary.

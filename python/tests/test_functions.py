@@ -89,6 +89,9 @@ def test_a_minimum_may_lie_on_a_face_of_the_box():
 
     slope = ls.explore(falls, ls.Box(), box=(0.0, 2.0))
     assert slope.minima.coordinates[0] == pytest.approx([2.0])
+    # Points of the box, and points beyond it, may be known.
+    again = ls.explore(falls, ls.Box(), box=(0.0, 2.0), known=[[2.0], [5.0]])
+    assert again.minima.coordinates[0] == pytest.approx([2.0])
 
 
 def test_a_wrong_gradient_is_told_with_numbers():

@@ -4,7 +4,8 @@ use std::fs;
 
 use landscape::store::StationaryRow;
 
-use super::{Desk, program, promised, python};
+use super::programs::{program, python};
+use super::{Desk, promised};
 
 #[test]
 fn a_budget_ends_at_a_batch_that_can_be_repeated() {
@@ -126,6 +127,14 @@ fn a_search_begins_with_known_points() {
     );
     let said = desk.mistake(&["lj", "7", "--from", "nowhere"]);
     assert!(said.contains("nowhere"), "{said}");
+}
+
+#[test]
+fn a_quaternion_of_zeros_is_refused() {
+    let desk = Desk::new();
+    fs::write(desk.path("points.txt"), "1 0 0 0\n0 0 0 0\n").unwrap();
+    let said = desk.mistake(&["orientation", "--from", "points.txt"]);
+    assert!(said.contains("point 2 is no quaternion"), "{said}");
 }
 
 #[test]

@@ -281,11 +281,16 @@ fn map(
     let started = Instant::now();
     let mut subject = shown.clone();
     let (mut known, known_hash) = command.extent.known(subject.low.len())?;
-    for point in &mut known {
+    for (row, point) in known.iter_mut().enumerate() {
         match unrolled {
             Some(unrolled) => *point = (unrolled.coordinates)(point),
             None => onto(subject.energy.space(), point),
         }
+        ensure!(
+            point.iter().all(|number| number.is_finite()),
+            "--from: point {} is no quaternion, since its length is 0",
+            row + 1
+        );
     }
     if let Some(unrolled) = unrolled {
         subject.energy = unrolled.energy;

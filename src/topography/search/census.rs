@@ -214,11 +214,12 @@ impl Census {
         self.searches += 1;
         self.evaluations += outcome.evaluations;
         let mut unfinished = outcome.unfinished;
+        let refused = self.refused.len();
         if let Some(drawn) = outcome.drawn {
             let quench = Quench::from(drawn);
             if let Some(minimum) = self.minimum(energy, &quench.x, quench.energy) {
                 self.minima[minimum].draws.push(self.searches - 1);
-            } else if self.refused.last().is_some_and(Refused::is_kink) {
+            } else if self.refused[refused..].iter().any(Refused::is_kink) {
                 // It is counted with the refused points.
                 unfinished = false;
             }

@@ -1,0 +1,396 @@
+//! Energies of other programs: protocols, failures, spaces, and what is said of odd ones.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use landscape::store::StationaryRow;
+
+use super::{Desk, promised};
+
+#[cfg(unix)]
+#[test]
+fn programs_that_fail_are_told() {
+    let desk = Desk::new();
+    let mistake =
+        |program: &str| desk.mistake(&["--command", program, "--region=-1:1x2", "-q", "-o", "out"]);
+    for (program, part) in [
+        ("exit 3", "ended (exit status: 3)"),
+        ("no_such_program_anywhere", "exit status: 127"),
+        ("while read line; do echo hello; done", "answered `hello`"),
+        (
+            r#"while read line; do echo '{"energy": NaN, "gradient": [0, 0]}'; done"#,
+            "must be finite",
+        ),
+        (
+            r#"while read line; do echo '{"energy": 1, "gradient": [5, 5]}'; done"#,
+            "the gradient is not the derivative",
+        ),
+        (
+            r#"while read line; do echo '{"energy": null}'; done"#,
+            "found no minimum",
+        ),
+        (
+            "read line; while :; do printf '[0, 0, 0, 0, 0, 0, 0, 0]'; done",
+            "a line has at most",
+        ),
+        (
+            r#"while read line; do echo '{"error": "no such atom"}'; done"#,
+            "reports: no such atom",
+        ),
+    ] {
+        let said = mistake(program);
+        assert!(said.contains(part), "`{part}` is missing in: {said}");
+        assert_eq!(said.matches("error:").count(), 1, "{said}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_answer_is_not_waited_for_for_ever() {
+    let desk = Desk::new();
+    let arguments = [
+        "--command",
+        "read line; sleep 1000; true",
+        "--region=-1:1x2",
+        "-q",
+    ];
+    let said = desk.mistake(&[&arguments[..], &["--answer-seconds", "0.3"]].concat());
+    assert!(said.contains("within 0.3 s"), "{said}");
+    assert!(said.contains("--answer-seconds"), "{said}");
+    let said = desk.mistake(&[&arguments[..], &["--answer-seconds", "0"]].concat());
+    assert!(said.contains("--answer-seconds 0"), "{said}");
+}
+
+/// Whether a process still runs.
+#[cfg(target_os = "linux")]
+fn runs(process: &str) -> bool {
+    let state = fs::read_to_string(format!("/proc/{process}/stat"));
+    // A process that nobody has asked after yet is a zombie.
+    state.is_ok_and(|state| !state.contains(") Z "))
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn programs_end_with_the_run_however_it_ends() {
+    // Others may be ignored where tests run in the background, and are then ignored by the run as well.
+    for signal in ["KILL", "TERM"] {
+        let desk = Desk::new();
+        // A program that does not care whether its input ends, and another that it started.
+        let program = "sleep 600 & echo $! $$ > started.new; mv started.new started; trap '' HUP; read line; sleep 600; true";
+        let mut run = desk
+            .command(&["--command", program, "--region=-1:1x2", "-q"])
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let wait = |what: &dyn Fn() -> bool| {
+            for _ in 0..2000 {
+                if what() {
+                    return true;
+                }
+                std::thread::sleep(Duration::from_millis(10));
+            }
+            false
+        };
+        assert!(
+            wait(&|| desk.path("started").exists()),
+            "{signal}: not started"
+        );
+        let started = fs::read_to_string(desk.path("started")).unwrap();
+        assert!(started.split_whitespace().all(runs), "{signal}: {started}");
+        let kill = format!("kill -{signal} {}", run.id());
+        let killed = Command::new("sh").args(["-c", &kill]).status().unwrap();
+        assert!(killed.success());
+        run.wait().unwrap();
+        let ended = wait(&|| !started.split_whitespace().any(runs));
+        assert!(ended, "{signal}: something of {started} still runs");
+    }
+}
+
+/// Whether Python is available.
+pub(crate) fn python() -> bool {
+    let found = Command::new("python3").arg("--version").output();
+    let there = found.is_ok_and(|output| output.status.success());
+    if !there {
+        println!("SKIPPED: there is no python3");
+    }
+    there
+}
+
+#[test]
+fn a_python_energy_is_mapped() {
+    if !python() {
+        return;
+    }
+    let desk = Desk::new();
+    let program = format!(
+        "python3 '{}'",
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("data/energies/muller_brown.py")
+            .display()
+    );
+    let arguments = [
+        "--command",
+        &program,
+        "--region=-1.5:1,-0.3:1.8",
+        "-q",
+        "--patience",
+        "8",
+    ];
+    desk.succeed(&[&arguments[..], &["--threads", "2", "-o", "one"]].concat());
+    desk.succeed(&[&arguments[..], &["--threads", "1", "-o", "two"]].concat());
+    assert_eq!(promised(&desk.path("one")), promised(&desk.path("two")));
+    check_brown(&desk.path("one"));
+}
+
+/// The published minima and saddles of Müller and Brown's surface.
+fn check_brown(folder: &Path) {
+    let rows = StationaryRow::read(folder).unwrap();
+    let known = [-146.699517, -108.166724, -80.767818, -72.248940, -40.664844];
+    assert_eq!(rows.len(), known.len());
+    for (row, known) in rows.iter().zip(known) {
+        assert!((row.energy - known).abs() < 1e-5, "{row:?}");
+    }
+}
+
+/// Waves in a periodic cell: one minimum, two saddles, and a maximum; their copies in other cells are the same points.
+const WAVES: &str = r#"
+import math, struct, sys
+def answer(x, y):
+    a, b = 2 * math.pi * (x - 0.3) / 3, 2 * math.pi * (y + 0.1) / 2
+    value = -math.cos(a) - 0.5 * math.cos(b)
+    return struct.pack("<3d", value, math.sin(a) * 2 * math.pi / 3, 0.5 * math.sin(b) * math.pi)
+"#;
+
+/// Answers to one point at a time.
+const ONE: &str = r#"
+while data := sys.stdin.buffer.read(16):
+    sys.stdout.buffer.write(answer(*struct.unpack("<2d", data)))
+    sys.stdout.buffer.flush()
+"#;
+
+/// Answers to many points at once.
+const MANY: &str = r#"
+counts = open("counts.txt", "a")
+while header := sys.stdin.buffer.read(8):
+    (count,) = struct.unpack("<Q", header)
+    print(count, file=counts, flush=True)
+    numbers = struct.unpack(f"<{2 * count}d", sys.stdin.buffer.read(16 * count))
+    sys.stdout.buffer.write(b"".join(map(answer, numbers[::2], numbers[1::2])))
+    sys.stdout.buffer.flush()
+"#;
+
+/// Maps the waves with a program of this loop.
+fn waves(desk: &Desk, answers: &str, protocol: &str) -> Vec<StationaryRow> {
+    fs::write(desk.path("waves.py"), format!("{WAVES}{answers}")).unwrap();
+    let program = ["--command", "python3 waves.py", "--protocol", protocol];
+    let others = ["--region=-1:2,0:2", "--coordinates", "periodic", "-q"];
+    let output = format!("{protocol}.landscape");
+    desk.succeed(&[&program[..], &others, &["-o", &output]].concat());
+    StationaryRow::read(&desk.path(&output)).unwrap()
+}
+
+#[test]
+fn a_periodic_cell_is_mapped_in_plain_numbers() {
+    if !python() {
+        return;
+    }
+    let desk = Desk::new();
+    let rows = waves(&desk, ONE, "binary");
+    let found: Vec<(u64, f64)> = rows.iter().map(|row| (row.index, row.energy)).collect();
+    let expected = [(0, -1.5), (1, -0.5), (1, 0.5)];
+    assert_eq!(found.len(), expected.len(), "{found:?}");
+    for ((index, energy), (known, height)) in found.iter().zip(expected) {
+        assert!(
+            *index == known && (energy - height).abs() < 1e-9,
+            "{found:?}"
+        );
+    }
+    assert!((rows[0].coordinates[0] - 0.3).abs() < 1e-6, "{:?}", rows[0]);
+    assert!((rows[0].coordinates[1] - 1.9).abs() < 1e-6, "{:?}", rows[0]);
+}
+
+#[test]
+fn many_points_are_asked_for_at_once() {
+    if !python() {
+        return;
+    }
+    let desk = Desk::new();
+    let one = waves(&desk, ONE, "binary");
+    let all = waves(&desk, MANY, "batch");
+    assert_eq!(one.len(), all.len());
+    for (one, all) in one.iter().zip(&all) {
+        assert!((one.energy - all.energy).abs() < 1e-9 && one.index == all.index);
+    }
+    // Hessians ask for two points for each of two coordinates.
+    let counts = fs::read_to_string(desk.path("counts.txt")).unwrap();
+    assert!(counts.lines().any(|line| line == "4") && counts.lines().any(|line| line == "1"));
+}
+
+#[test]
+fn a_neural_network_is_mapped() {
+    if !python() {
+        return;
+    }
+    let desk = Desk::new();
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/energies/neural_network.py");
+    let program = format!("python3 '{}'", example.display());
+    let arguments = [
+        "--command",
+        &program,
+        "--protocol",
+        "binary",
+        "--region=-3:3x9",
+    ];
+    let others = [
+        "--search",
+        "all",
+        "--searches",
+        "300",
+        "-q",
+        "--no-report",
+        "-o",
+        "network.landscape",
+    ];
+    desk.succeed(&[&arguments[..], &others].concat());
+    let rows = StationaryRow::read(&desk.path("network.landscape")).unwrap();
+    let minima: Vec<&StationaryRow> = rows.iter().filter(|row| row.index == 0).collect();
+    // The best network comes in copies: hidden units exchanged, signs turned.
+    let best = minima
+        .iter()
+        .filter(|row| row.energy - minima[0].energy < 1e-6)
+        .count();
+    assert!(
+        best > 1 && rows.len() > minima.len(),
+        "{best} of {}",
+        minima.len()
+    );
+    // It tells all four cases apart: a network that does not has a loss above ln 2/2.
+    assert!(
+        minima[0].energy < 0.5 * std::f64::consts::LN_2,
+        "{}",
+        minima[0].energy
+    );
+}
+
+#[test]
+fn a_python_energy_without_gradient_is_mapped() {
+    if !python() {
+        return;
+    }
+    let desk = Desk::new();
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/energies/muller_brown.py");
+    let program = fs::read_to_string(example).unwrap();
+    let program = program.replace(
+        "\"energy\": energy, \"gradient\": gradient",
+        "\"energy\": energy",
+    );
+    assert!(!program.contains("\"gradient\": gradient"));
+    fs::write(desk.path("brown.py"), program).unwrap();
+    let program = "python3 brown.py";
+    let arguments = [
+        "--command",
+        program,
+        "--region=-1.5:1,-0.3:1.8",
+        "-q",
+        "--patience",
+        "8",
+    ];
+    desk.succeed(&[&arguments[..], &["-o", "out"]].concat());
+    check_brown(&desk.path("out"));
+}
+
+/// A Python program with the lines that compute `energy` and `gradient` from `x` and `y`.
+pub(crate) fn program(desk: &Desk, name: &str, lines: &str) -> String {
+    let text = format!(
+        "import json, math, sys\nfor line in sys.stdin:\n    x, y = json.loads(line)['x']\n    {}\n    \
+         print(json.dumps({{'energy': energy, 'gradient': gradient}}), flush=True)\n",
+        lines.replace('\n', "\n    ")
+    );
+    fs::write(desk.path(name), text).unwrap();
+    format!("python3 {name}")
+}
+
+#[test]
+fn one_forgotten_coupling_is_told() {
+    if !python() {
+        return;
+    }
+    let desk = Desk::new();
+    let energy = "energy = (x * x - 1) ** 2 + y * y + 0.3 * x * y\n";
+    let right = program(
+        &desk,
+        "right.py",
+        &format!("{energy}gradient = [4 * x * (x * x - 1) + 0.3 * y, 2 * y + 0.3 * x]"),
+    );
+    let wrong = program(
+        &desk,
+        "wrong.py",
+        &format!("{energy}gradient = [4 * x * (x * x - 1) + 0.3 * y, 2 * y]"),
+    );
+    let arguments = ["--region=-2:2x2", "-q", "-o", "out", "--patience", "8"];
+    let said = desk.mistake(&[&["--command", &wrong][..], &arguments].concat());
+    assert!(
+        said.contains("the gradient is not the derivative"),
+        "{said}"
+    );
+    assert!(said.contains("component 1 is given"), "{said}");
+    desk.succeed(&[&["--command", &right][..], &arguments].concat());
+}
+
+#[test]
+fn rings_and_kinks_are_told() {
+    if !python() {
+        return;
+    }
+    let desk = Desk::new();
+    let ring = program(
+        &desk,
+        "ring.py",
+        "s = x * x + y * y - 1\nenergy = s * s\ngradient = [4 * s * x, 4 * s * y]",
+    );
+    let arguments = ["--region=-2:2x2", "--patience", "8"];
+    let said = desk.succeed(&[&["--command", &ring, "-o", "ring"][..], &arguments].concat());
+    for part in [
+        "**1 minima** and **0 saddles**",
+        "**1 of them are not isolated**",
+        "| m0 (not isolated) |",
+        "nothing is claimed, since rings",
+    ] {
+        assert!(said.contains(part), "`{part}` is missing in: {said}");
+    }
+    let rows = StationaryRow::read(&desk.path("ring")).unwrap();
+    assert!(
+        rows.iter().all(|row| row.verdict == "degenerate"),
+        "{rows:?}"
+    );
+    let cusp = program(
+        &desk,
+        "cusp.py",
+        "x -= 0.2\nenergy = abs(x) + y * y\ngradient = [math.copysign(1, x), 2 * y]",
+    );
+    let said = desk.mistake(&[&["--command", &cusp, "-o", "cusp", "-q"][..], &arguments].concat());
+    assert!(said.contains("found no minimum"), "{said}");
+    assert!(said.contains("bottom of a kink"), "{said}");
+}
+
+#[test]
+fn completeness_is_claimed_where_it_is_earned() {
+    let desk = Desk::new();
+    let sure = desk.succeed(&["torsion", "1", "3", "1", "3"]);
+    assert!(
+        sure.contains("completeness: **99 % sure** of all minima and saddles"),
+        "{sure}"
+    );
+    let unsure = desk.succeed(&["lj", "7"]);
+    assert!(!unsure.contains("99 % sure"), "{unsure}");
+    // What was stopped by one limit is not advised to raise the other.
+    let stopped = desk.succeed(&["lj", "7", "--searches", "64", "-o", "stopped"]);
+    assert!(
+        stopped.contains("nothing is claimed, since the search was stopped"),
+        "{stopped}"
+    );
+    assert!(stopped.contains("--searches allows more"), "{stopped}");
+    assert!(!stopped.contains("--patience looks longer"), "{stopped}");
+}
