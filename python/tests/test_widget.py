@@ -109,7 +109,8 @@ def test_what_is_chosen_on_the_page_comes_back_and_the_other_way(lab, browser, t
     assert shown.bounding_box()["height"] == pytest.approx(602, abs=4)
     shown.content_frame.locator("canvas, svg").first.wait_for(state="visible")
     frame = next(each for each in tab.frames if each.parent_frame is not None and each.url == "about:srcdoc")
-    frame.wait_for_function("typeof model !== 'undefined' && model && typeof state !== 'undefined'")
+    # The page forbids evaluation of text later on, with which the browser's driver would wait for a condition.
+    wait(lambda: frame.evaluate("typeof model !== 'undefined' && Boolean(model) && typeof state !== 'undefined'"), "the page is there")
 
     # From the page to Python: a click on a row of the table.
     shown.content_frame.get_by_role("row").filter(has_text="m2").click()
@@ -126,7 +127,7 @@ def test_what_is_chosen_on_the_page_comes_back_and_the_other_way(lab, browser, t
     try:
         kernel.wait_for_ready(timeout=PATIENCE)
         kernel.execute_interactive("page.selected = ['m1', 'm3']", timeout=PATIENCE)
-        frame.wait_for_function("state.selected.map(item => model.name(item)).join() === 'm1,m3'")
+        wait(lambda: frame.evaluate("state.selected.map(item => model.name(item)).join()") == "m1,m3", "m1 and m3 are chosen")
         reply = kernel.execute("", user_expressions={"chosen": "page.selected"}, reply=True, timeout=PATIENCE)
         assert reply["content"]["user_expressions"]["chosen"]["data"]["text/plain"] == "['m1', 'm3']"
     finally:
