@@ -10,10 +10,11 @@ use super::input;
 use super::output::{check_inputs, check_place};
 use super::provenance::name_of;
 use super::report;
-use super::run::{Unfinished, Watch, check_resumable, stoppable};
+use super::run::{Unfinished, Watch, check_resumable, end_worker, open_worker, stoppable};
+use super::workers::Share;
 use crate::grasp::GraspEnergy;
 use crate::limits::ENERGY_SCALE;
-use crate::store::{GraspFile, Population, Source, content_hash};
+use crate::store::{AtomicFolder, GraspFile, Population, Source, content_hash};
 use crate::study::{GraspMapSettings, GraspReport, StudyError, StudyRun, map_population};
 use crate::topography::Run;
 
@@ -45,7 +46,7 @@ pub(super) struct Build {
     paths: Paths,
     /// Map by sequential ADELM as published, for comparison: minima are assigned one by one, in the order of the file, to
     /// the group with the lowest raw barrier. Every barrier is an upper bound, and the result depends on the order.
-    #[arg(long, conflicts_with = "group_barrier")]
+    #[arg(long, conflicts_with_all = ["group_barrier", "worker"])]
     sequential: bool,
     #[command(flatten)]
     groups: GroupBarrier,
@@ -63,6 +64,8 @@ pub(super) struct Build {
     #[command(flatten)]
     page: WithPage,
     #[command(flatten)]
+    share: Share,
+    #[command(flatten)]
     again: Again,
 }
 
@@ -78,7 +81,7 @@ network (barriers.graphml), min.data and ts.data for PATHSAMPLE (with placeholde
 disconnectivity graph, the barrier graph and a rarefaction curve (SVG and PNG), summary.md, and report.html, a page on
 which the landscape is explored in a browser (double-click it; --no-report leaves it out). An interrupted run continues
 where it stopped when the same command is given again; --resume demands this, and --fresh begins anew. The result is the
-same to the last byte.
+same to the last byte. Several processes share a run with --worker (docs/cluster.md).
 
 Two minima are in one group if a path joins them whose relative barrier is at most the group barrier. If the energy is in
 units of the cost of letting go (synth --preset closed), this barrier is 0.05, 5 % of that cost, in every landscape. For
@@ -201,6 +204,22 @@ fn build(
     let settings = settings(command, &energy);
     let bytes = std::fs::read(&command.grasps)?;
     let fingerprint = fingerprint(&bytes, &population, &settings)?;
+    if let Some(worker) = command.share.worker()? {
+        let plain = AtomicFolder::left_journal(output).unwrap_or_default();
+        let journal = open_worker(output, &plain, &fingerprint, worker, common.quiet)?;
+        let watch = Watch::new(common.quiet);
+        let run = StudyRun {
+            run: Run {
+                journal: &stoppable(&journal),
+                observer: &|news| watch.see(news),
+                workers: Some(&journal),
+                ..Run::default()
+            },
+            ..StudyRun::default()
+        };
+        map_population(&population, &energy, &settings, &run)?;
+        return Ok(end_worker(journal, &watch, worker, output)?);
+    }
     let unfinished = Unfinished::open(output, &fingerprint, &command.again, common.quiet)?;
     let watch = Watch::new(common.quiet);
     let run = StudyRun {

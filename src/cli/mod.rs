@@ -34,9 +34,11 @@ mod rates;
 mod report;
 mod run;
 mod stability;
+mod status;
 mod surface;
 mod synth;
 mod thermodynamics;
+mod workers;
 
 use args::Common;
 use printing::{OURS, complain, note_failure, sentence, take_failure};
@@ -102,6 +104,9 @@ enum Command {
     /// Read grasps of other programs, or min.data and ts.data of PATHSAMPLE or topsearch
     #[command(after_help = import::EXAMPLES)]
     Import(import::Import),
+    /// Show how far an unfinished run is, and which workers are at it
+    #[command(after_help = status::EXAMPLES)]
+    Status(status::Status),
     /// Write grasps for other programs: tables, DexGraspNet, MuJoCo, glTF scenes
     #[command(after_help = export::EXAMPLES)]
     Export(export::Export),
@@ -227,6 +232,7 @@ fn execute(arguments: &Arguments) -> anyhow::Result<()> {
             Command::Thermodynamics(command) => thermodynamics::run(command, &arguments.common),
             Command::Rates(command) => rates::run(command, &arguments.common),
             Command::Import(command) => import::run(command, &arguments.common),
+            Command::Status(command) => status::run(command),
             Command::Export(command) => export::run(command, &arguments.common),
         })
 }

@@ -7,13 +7,15 @@ use std::time::Instant;
 use super::args::Again;
 use super::{interruption, progress};
 use crate::cli::printing::{complain, print};
-use crate::store::{AtomicFolder, Journal, Phase as Timing, StoreError, Timings};
+use crate::store::{
+    AtomicFolder, Journal, Machine, Phase as Timing, StoreError, Timings, Worker, WorkersJournal,
+};
 use crate::topography::{GuardedJournal, Phase, Progress};
 
 /// The folder of a run with its journal.
 pub(super) struct Unfinished {
     pub(super) folder: AtomicFolder,
-    pub(super) journal: Journal,
+    pub(super) journal: WorkersJournal,
 }
 
 impl Unfinished {
@@ -25,9 +27,8 @@ impl Unfinished {
         quiet: bool,
     ) -> Result<Self, StoreError> {
         let folder = AtomicFolder::open(output, again.fresh)?;
-        let journal = Journal::open(&folder.journal(), fingerprint, again.fresh)?;
-        interruption::keeps(&folder.journal());
-        tell(&journal, &folder.journal(), quiet);
+        let journal = folder.journal();
+        let journal = open(output, &journal, fingerprint, again, quiet)?;
         Ok(Self { folder, journal })
     }
 
@@ -44,8 +45,9 @@ impl Unfinished {
         Ok(())
     }
 
-    /// Gives the folder its final name.
+    /// Gives the folder its final name, and removes what workers have left.
     fn finish(self) -> Result<PathBuf, StoreError> {
+        self.journal.remove_others()?;
         // The lock is held to the very end, except on Windows, where an open file prevents renaming its folder.
         let lock = (!cfg!(windows)).then_some(self.journal);
         let finished = self.folder.finish()?;
@@ -62,7 +64,9 @@ impl Unfinished {
 
 /// With `--resume`, rejects a start if none of these folders has an interrupted run.
 pub(super) fn check_resumable(again: &Again, outputs: &[PathBuf]) -> anyhow::Result<()> {
-    let left = |output: &PathBuf| AtomicFolder::left_journal(output).is_some();
+    let left = |output: &PathBuf| {
+        AtomicFolder::left_journal(output).is_some() || WorkersJournal::folder(output).is_dir()
+    };
     anyhow::ensure!(
         !again.resume || outputs.iter().any(left),
         "--resume: no interrupted run has left a journal for {}: begin one without --resume",
@@ -74,36 +78,106 @@ pub(super) fn check_resumable(again: &Again, outputs: &[PathBuf]) -> anyhow::Res
     Ok(())
 }
 
-/// Opens the journal of a run that writes the file `output`, beside this file.
+/// Path of the journal of a run that writes the file `output`, beside this file.
+pub(super) fn journal_beside(output: &Path) -> PathBuf {
+    let mut path = output.as_os_str().to_owned();
+    path.push(".partial");
+    path.into()
+}
+
+/// Opens the journal of a run that writes the file `output`.
 pub(super) fn open_journal(
     output: &Path,
     fingerprint: &str,
     again: &Again,
     quiet: bool,
-) -> anyhow::Result<Journal> {
-    let mut path = output.as_os_str().to_owned();
-    path.push(".partial");
-    let path = Path::new(&path);
+) -> anyhow::Result<WorkersJournal> {
+    let path = journal_beside(output);
     anyhow::ensure!(
-        !again.resume || path.is_file(),
+        !again.resume || path.is_file() || WorkersJournal::folder(output).is_dir(),
         "--resume: there is no {}, so no interrupted run: begin one without --resume",
         path.display()
     );
-    let journal = Journal::open(path, fingerprint, again.fresh)?;
+    Ok(open(output, &path, fingerprint, again, quiet)?)
+}
+
+/// Opens the journal at `path` of a run that writes `output`, together with those of its workers.
+fn open(
+    output: &Path,
+    path: &Path,
+    fingerprint: &str,
+    again: &Again,
+    quiet: bool,
+) -> Result<WorkersJournal, StoreError> {
+    if again.fresh {
+        WorkersJournal::discard(output)?;
+    }
+    let own = Journal::open(path, fingerprint, again.fresh)?;
+    let waits = |worker: Worker| {
+        if !quiet {
+            complain(&format!(
+                "worker {worker} may still be at work on another machine: waiting half a minute to see"
+            ));
+        }
+    };
+    let journal = WorkersJournal::joining(own, output, fingerprint, &waits)?;
     interruption::keeps(path);
     tell(&journal, path, quiet);
     Ok(journal)
 }
 
-/// Tells what the journal already contains.
-fn tell(journal: &Journal, path: &Path, quiet: bool) {
+/// Opens the journal of one of the workers of the run that writes `output` and that keeps its own journal in `plain`.
+pub(super) fn open_worker(
+    output: &Path,
+    plain: &Path,
+    fingerprint: &str,
+    worker: Worker,
+    quiet: bool,
+) -> Result<WorkersJournal, StoreError> {
+    let journal = WorkersJournal::of_worker(output, plain, fingerprint, worker)?;
+    interruption::keeps(&WorkersJournal::folder(output));
+    tell(&journal, &WorkersJournal::folder(output), quiet);
+    Ok(journal)
+}
+
+/// Ends a worker for which nothing is left.
+pub(super) fn end_worker(
+    journal: WorkersJournal,
+    watch: &Watch,
+    worker: Worker,
+    output: &Path,
+) -> Result<(), StoreError> {
+    watch.clear();
+    let tasks = journal.len();
+    journal.end()?;
+    if !watch.quiet {
+        complain(&format!(
+            "worker {worker}: all {tasks} tasks are finished; the same command without --worker writes {}",
+            output.display()
+        ));
+    }
+    Ok(())
+}
+
+/// Tells what the journals already contain.
+fn tell(journal: &WorkersJournal, path: &Path, quiet: bool) {
     if quiet {
         return;
     }
     let path = path.display();
     if !journal.is_empty() {
+        let others = match journal.journals_of_others() {
+            0 => String::new(),
+            1 => " and the journal of another process".to_owned(),
+            count => format!(" and the journals of {count} other processes"),
+        };
+        let what = if others.is_empty() {
+            "an interrupted run"
+        } else {
+            "a run"
+        };
         complain(&format!(
-            "continuing an interrupted run: {path} holds {} finished tasks",
+            "continuing {what}: {} finished tasks in {path}{others}",
             journal.len()
         ));
     }
@@ -113,10 +187,16 @@ fn tell(journal: &Journal, path: &Path, quiet: bool) {
             journal.dropped_bytes()
         ));
     }
+    for (worker, difference) in journal.different_machines() {
+        complain(&format!(
+            "warning: worker {worker} is another build or runs on another kind of processor ({difference}): the last bits of \
+             results may differ from those of a run on one machine"
+        ));
+    }
 }
 
 /// The journal of a run that a caller may end ([`stop`](super::stop)).
-pub(super) fn stoppable(journal: &Journal) -> GuardedJournal<'_> {
+pub(super) fn stoppable(journal: &WorkersJournal) -> GuardedJournal<'_> {
     GuardedJournal {
         journal,
         check: &interruption::check,
@@ -160,21 +240,10 @@ impl Watch {
             if let Some((_, old)) = bar.take() {
                 old.finish_and_clear();
             }
-            let what = match news.phase {
-                Phase::Quench => "descending",
-                Phase::Connect => "connecting pairs",
-                Phase::Join => "joining components",
-                Phase::Retry => "improving merges",
-                Phase::Diagram => "measuring the diagram",
-                Phase::Assign => "assigning minima",
-                Phase::Replicate => "repeating chains",
-                Phase::Confirm => "confirming merges",
-                Phase::Search => "searching saddles",
-                Phase::Synthesize => "chains",
-                Phase::Simulate | Phase::Label | Phase::Judge => "grasps",
-                _ => "searching",
-            };
-            *bar = Some((news.phase, progress::bar(what, total, self.quiet)));
+            *bar = Some((
+                news.phase,
+                progress::bar(news.phase.name(), total, self.quiet),
+            ));
         }
         if let Some((_, bar)) = bar.as_ref() {
             bar.set_position(news.done as u64);
@@ -205,6 +274,7 @@ impl Watch {
     pub fn timings(self) -> Timings {
         Timings {
             threads: rayon::current_num_threads(),
+            machine: Machine::here(),
             phases: (self.phases.into_inner()).unwrap_or_else(PoisonError::into_inner),
         }
     }

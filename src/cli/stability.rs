@@ -9,7 +9,8 @@ use clap::{Args, ValueEnum};
 use super::args::{Again, Common, HandAndObject};
 use super::input;
 use super::output::check_file;
-use super::run::{Watch, open_journal, stoppable};
+use super::run::{Watch, end_worker, journal_beside, open_journal, open_worker, stoppable};
+use super::workers::Share;
 use crate::cli::printing::{complain, print};
 use crate::evaluation::stability::{Drop, Protocol, SixDirections};
 use crate::study::{ObjectFit, Run, Simulation, simulate_all, simulation_fingerprint, tally};
@@ -34,6 +35,8 @@ pub(super) struct Stability {
     output: Option<PathBuf>,
     #[command(flatten)]
     of: HandAndObject,
+    #[command(flatten)]
+    share: Share,
     #[command(flatten)]
     again: Again,
 }
@@ -89,19 +92,26 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     let mut file = input::grasps(&command.grasps, &command.of, common)?;
     let inputs = common.provenance.sources()?;
 
-    let journal = open_journal(
-        &output,
-        &simulation_fingerprint(&file, &protocol)?,
-        &command.again,
-        common.quiet,
-    )?;
+    let fingerprint = simulation_fingerprint(&file, &protocol)?;
+    let worker = command.share.worker()?;
+    let journal = match worker {
+        Some(worker) => {
+            let plain = journal_beside(&output);
+            open_worker(&output, &plain, &fingerprint, worker, common.quiet)?
+        }
+        None => open_journal(&output, &fingerprint, &command.again, common.quiet)?,
+    };
     let watch = Watch::new(common.quiet);
     let run = Run {
         journal: &stoppable(&journal),
         observer: &|news| watch.see(news),
+        workers: worker.map(|_| &journal as _),
         ..Run::default()
     };
     let found = simulate_all(&file, &protocol, &run)?;
+    if let Some(worker) = worker {
+        return Ok(end_worker(journal, &watch, worker, &output)?);
+    }
     watch.clear();
     file.metadata.remade_by(&common.provenance.command, inputs);
     found.record(&mut file, &protocol);

@@ -11,7 +11,8 @@ use super::args::{Again, Common, within};
 use super::hands::expense;
 use super::input;
 use super::output::check_file;
-use super::run::{Watch, open_journal, stoppable};
+use super::run::{Watch, end_worker, journal_beside, open_journal, open_worker, stoppable};
+use super::workers::Share;
 use crate::cli::printing::{complain, print};
 use crate::evaluation::Diversity;
 use crate::evaluation::stability::{Drop, Protocol};
@@ -21,7 +22,7 @@ use crate::limits::{CHAINS, PERTURBATION, STEPS};
 use crate::store::{GraspFile, Metadata};
 use crate::study::{
     DEFAULT_PRESET, Experiment, Keep, Origin, PopulationSettings, Run, Synthesis, simulate_sample,
-    synthesize_population,
+    synthesize_chains, synthesize_population,
 };
 
 /// Synthesize grasps.
@@ -110,6 +111,8 @@ pub(super) struct Synth {
     #[arg(long, short, default_value = "grasps.parquet", value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]
+    share: Share,
+    #[command(flatten)]
     again: Again,
 }
 
@@ -138,7 +141,7 @@ Examples:
                                                            find more grasps near given ones
 
 An interrupted run continues where it stopped when the same command is given again; --resume demands this, and --fresh
-begins anew. The result is the same to the last byte.";
+begins anew. The result is the same to the last byte. Several processes share a run with --worker (docs/cluster.md).";
 
 /// Printed after a run that keeps strict grasps.
 const ADVICE: &str = "\
@@ -169,8 +172,22 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         input::warn(&Vec::from_iter(expense(energy.hand())));
     }
     let fingerprint = origin.fingerprint(&energy, &settings)?;
+    if let Some(worker) = command.share.worker()? {
+        let (output, quiet) = (&command.output, common.quiet);
+        let plain = journal_beside(output);
+        let journal = open_worker(output, &plain, &fingerprint, worker, quiet)?;
+        let watch = Watch::new(quiet);
+        let run = Run {
+            journal: &stoppable(&journal),
+            observer: &|news| watch.see(news),
+            workers: Some(&journal),
+            ..Run::default()
+        };
+        synthesize_chains(&energy, &origin, &settings, &run)?;
+        return Ok(end_worker(journal, &watch, worker, output)?);
+    }
     let journal = open_journal(&command.output, &fingerprint, &command.again, common.quiet)?;
-
+    let resumed = journal.len();
     let (started, watch) = (Instant::now(), Watch::new(common.quiet));
     let run = Run {
         journal: &stoppable(&journal),
@@ -180,7 +197,8 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     let found = synthesize_population(&energy, &origin, &settings, &run)?;
     watch.clear();
     if !common.quiet {
-        let mut text = summary(&energy, &found, started.elapsed().as_secs_f64());
+        let seconds = (resumed == 0).then(|| started.elapsed().as_secs_f64());
+        let mut text = summary(&energy, &found, seconds);
         if settings.keep == Keep::Strict && energy.settings().layer.is_none() {
             text += ADVICE;
         }
@@ -324,7 +342,8 @@ fn settings(command: &Synth, common: &Common) -> anyhow::Result<PopulationSettin
     })
 }
 
-fn summary(energy: &GraspEnergy, found: &Synthesis, seconds: f64) -> String {
+/// The yield of a run that took `seconds`, if it did all chains itself.
+fn summary(energy: &GraspEnergy, found: &Synthesis, seconds: Option<f64>) -> String {
     let (chains, kept) = (&found.chains, found.grasps.len());
     let total = chains.len();
     let share = |count: usize| {
@@ -337,11 +356,14 @@ fn summary(energy: &GraspEnergy, found: &Synthesis, seconds: f64) -> String {
     let evaluations: u64 = chains.iter().map(|(end, _)| end.evaluations).sum();
     let mut text = format!(
         "strict filter        {}\nEq. 11 as printed    {}\nEq. 11 as released   {}\nkept                 {kept}\n\
-         evaluations          {evaluations} in {seconds:.0} s ({:.1} µs each)\n",
+         evaluations          {evaluations}{}\n",
         share(count(Judgement::passes_strict)),
         share(count(Judgement::passes_published)),
         share(count(Judgement::passes_released)),
-        1e6 * seconds / evaluations as f64,
+        seconds.map_or_else(String::new, |seconds| {
+            let each = 1e6 * seconds / evaluations as f64;
+            format!(" in {seconds:.0} s ({each:.1} µs each)")
+        }),
     );
     let mut reasons: Vec<(&str, usize)> = Vec::new();
     for reason in chains.iter().filter_map(|(_, j)| j.strict_objection()) {

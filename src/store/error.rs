@@ -162,6 +162,16 @@ pub enum StoreError {
     /// Another process is writing the journal.
     #[error("{0} is in use by another run")]
     InUse(PathBuf),
+    /// A worker of the same run is still at work.
+    #[error(
+        "the worker of {path} is still at work on {host}: wait for it or end it, and then give this command again"
+    )]
+    WorkerAtWork {
+        /// Its journal.
+        path: PathBuf,
+        /// Its machine.
+        host: String,
+    },
 }
 
 impl StoreError {

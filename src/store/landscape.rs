@@ -30,6 +30,7 @@ use serde_json::{Value, json};
 use super::atomic::AtomicFolder;
 use super::columns::Columns;
 use super::error::{Fault, StoreError, Warning};
+use super::machine::Machine;
 use super::metadata::{HandMetadata, ObjectMetadata, Source, bad, check_version, content_hash};
 use super::row::{self, Column, columns};
 use super::table::{FLOAT, IDS, TEXTS, Table};
@@ -184,6 +185,9 @@ pub struct Timings {
     pub threads: usize,
     /// Phases in the order of execution.
     pub phases: Vec<Phase>,
+    /// The program and the processor, which may change the last bits of results.
+    #[serde(default)]
+    pub machine: Machine,
 }
 
 /// A phase of a run.

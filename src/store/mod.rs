@@ -17,6 +17,7 @@ pub mod exchange;
 pub mod grasps;
 mod journal;
 mod landscape;
+mod machine;
 mod metadata;
 mod network;
 mod quaternion;
@@ -30,10 +31,13 @@ mod table;
 pub use atomic::{AtomicFolder, FileSet, JOURNAL, write_atomic};
 pub use error::{Fault, StoreError, Warning};
 pub use grasps::{GraspFile, GraspRow, Overrides, Population};
-pub use journal::Journal;
+pub use journal::{
+    Journal, RunStatus, StageStatus, Worker, WorkerState, WorkerStatus, WorkersJournal,
+};
 pub use landscape::{
     Counts, EdgeRow, LandscapeFiles, Manifest, MinimumRow, PathPoint, Phase, Timings,
 };
+pub use machine::Machine;
 pub use metadata::{
     HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION, Source, Step, TextFile, content_hash,
 };

@@ -167,7 +167,9 @@ use surface::spell;
 pub use surface::{Subject, SurfaceReport, search_surface};
 pub use surface_map::{SurfaceMap, SurfaceMapReport, map_surface};
 pub use surface_space::{Coordinates, CoordinatesError, in_region, onto, surface_space};
-pub use synthesis::{Keep, Origin, PopulationSettings, Synthesis, synthesize_population};
+pub use synthesis::{
+    Keep, Origin, PopulationSettings, Synthesis, synthesize_chains, synthesize_population,
+};
 pub(crate) use tables::group_of;
 pub use thermodynamics::{AtTemperature, Thermodynamics, ThermodynamicsSettings};
 pub use ways::Way;

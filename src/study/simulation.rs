@@ -2,13 +2,12 @@
 
 use std::time::Instant;
 
-use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::json;
 
-use super::{JournalError, Run, StudyError};
+use super::{Run, StudyError};
 use crate::evaluation::stability::{Build, Fit, Outcome, Protocol, Solid, simulate};
-use crate::store::{GraspFile, GraspRow, content_hash};
+use crate::store::{GraspFile, content_hash};
 use crate::topography::Phase;
 
 /// Version of the engine, for the file: results are the same bits only for the same one.
@@ -75,14 +74,14 @@ pub fn simulate_all(
             fit: *solid.fit(),
         });
         let started = Instant::now();
-        let outcome = |row: &&GraspRow| {
-            let work = || simulate(&hand, &row.grasp, &solid, mass_kg, protocol);
-            let outcome = run.remember(&format!("grasp {}", row.id), work)?;
-            tally.tick();
-            Ok((row.id, outcome))
-        };
-        let outcomes = population.grasps.par_iter().map(outcome);
-        let outcomes: Vec<_> = outcomes.collect::<Result<_, JournalError>>()?;
+        let outcomes = run.each(
+            &tally,
+            &population.grasps,
+            |row| format!("grasp {}", row.id),
+            |row| simulate(&hand, &row.grasp, &solid, mass_kg, protocol),
+        )?;
+        let ids = population.grasps.iter().map(|row| row.id);
+        let outcomes: Vec<_> = ids.zip(outcomes).collect();
         found.seconds += started.elapsed().as_secs_f64();
         found.outcomes.extend(outcomes);
     }

@@ -226,19 +226,12 @@ pub fn synthesize_population(
     settings: &PopulationSettings,
     run: &Run<'_>,
 ) -> Result<Synthesis, JournalError> {
-    let count = usize::try_from(settings.chains).unwrap_or(usize::MAX);
-    let tally = run.tally(Phase::Synthesize, count);
-    let chain = |chain: u64| {
-        let work = || one_chain(energy, origin, settings, chain);
-        let end: Synthesized = run.remember(&format!("chain {chain}"), work)?;
-        tally.tick();
+    let ends = synthesize_chains(energy, origin, settings, run)?;
+    let judged = ends.into_par_iter().map(|end| {
         let judgement = judge(energy, &end.refined);
-        Ok((end, judgement))
-    };
-    let chains: Vec<(Synthesized, Judgement)> = (0..settings.chains)
-        .into_par_iter()
-        .map(chain)
-        .collect::<Result<_, JournalError>>()?;
+        (end, judgement)
+    });
+    let chains: Vec<(Synthesized, Judgement)> = judged.collect();
     let mut kept: Vec<&(Synthesized, Judgement)> = chains
         .iter()
         .filter(|(end, judgement)| settings.keep.keeps(energy, end, judgement))
@@ -256,6 +249,29 @@ pub fn synthesize_population(
         .map(|(end, judgement)| origin.row(energy, settings.seed, end, judgement))
         .collect();
     Ok(Synthesis { chains, grasps })
+}
+
+/// Runs the chains of [`synthesize_population`] and judges none of them. With [`Run::workers`] this is the share of one
+/// process.
+///
+/// # Errors
+/// As there.
+///
+/// # Panics
+/// As there.
+pub fn synthesize_chains(
+    energy: &GraspEnergy,
+    origin: &Origin,
+    settings: &PopulationSettings,
+    run: &Run<'_>,
+) -> Result<Vec<Synthesized>, JournalError> {
+    let chains: Vec<u64> = (0..settings.chains).collect();
+    run.each(
+        &run.tally(Phase::Synthesize, chains.len()),
+        &chains,
+        |chain| format!("chain {chain}"),
+        |chain| one_chain(energy, origin, settings, *chain),
+    )
 }
 
 fn one_chain(

@@ -2,7 +2,6 @@
 //!
 //! M. Hill, E. Nijkamp and S.-C. Zhu, Quarterly of Applied Mathematics 77, 269 (2019); M. Hill's thesis, section 4.3.3.
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Phase;
@@ -11,7 +10,7 @@ use super::groups::{Level, level, most_stable};
 use super::journal::{JournalError, Run, bits};
 use super::minima::MatchTolerance;
 use super::network::Minimum;
-use super::pairs::{candidates, distances};
+use super::pairs::{BetweenMinima, Distances, candidates};
 use crate::agreement::adjusted_rand;
 use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
@@ -179,10 +178,10 @@ pub fn diagram(
     settings: &DiagramSettings,
     run: &Run<'_>,
 ) -> Result<Diagram, JournalError> {
-    let all = distances(energy.space(), minima);
+    let all = BetweenMinima::new(energy.space(), minima);
     let chosen = sample(&all, settings.minima);
     let among: Vec<Vec<f64>> = (chosen.iter())
-        .map(|i| chosen.iter().map(|j| all[*i][*j]).collect())
+        .map(|i| chosen.iter().map(|j| all.between(*i, *j)).collect())
         .collect();
     let pairs: Vec<(usize, usize)> = candidates(&among, settings.neighbours)
         .into_iter()
@@ -193,35 +192,34 @@ pub fn diagram(
         kernel,
         minima,
         settings,
-        run,
     };
     let temperatures = settings.temperatures.len();
     let tasks: Vec<(usize, usize)> = (0..temperatures)
         .flat_map(|t| (0..2 * pairs.len()).map(move |k| (t, k)))
         .collect();
     let tally = run.tally(Phase::Diagram, tasks.len() + temperatures * chosen.len());
-    let scans: Vec<Scan> = tasks
-        .par_iter()
-        .with_max_len(1)
-        .map(|(t, k)| {
-            let pair = pairs[k % pairs.len()];
-            let scan = measurement.scan(*t, pair, *k >= pairs.len());
-            tally.tick();
-            scan
-        })
-        .collect::<Result<_, _>>()?;
+    let way = |k: usize| {
+        let (a, b) = pairs[k % pairs.len()];
+        if k >= pairs.len() { (b, a) } else { (a, b) }
+    };
+    let scans: Vec<Scan> = run.each(
+        &tally,
+        &tasks,
+        |(t, k)| {
+            let (from, to) = way(*k);
+            format!("diagram/{t}/{from}-{to}")
+        },
+        |(t, k)| measurement.scan(*t, way(*k)),
+    )?;
     let free: Vec<(usize, usize)> = (0..temperatures)
         .flat_map(|t| chosen.iter().map(move |i| (t, *i)))
         .collect();
-    let stays: Vec<(usize, usize)> = free
-        .par_iter()
-        .with_max_len(1)
-        .map(|(t, i)| {
-            let stays = measurement.stays(*t, *i);
-            tally.tick();
-            stays
-        })
-        .collect::<Result<_, _>>()?;
+    let stays: Vec<(usize, usize)> = run.each(
+        &tally,
+        &free,
+        |(t, i)| format!("diagram/{t}/{i}"),
+        |(t, i)| measurement.stays(*t, *i),
+    )?;
     let mut evaluations = scans.iter().map(|scan| scan.evaluations).sum::<usize>();
     evaluations += stays.iter().map(|stay| stay.1).sum::<usize>();
     let isotherms: Vec<Isotherm> = (0..temperatures)
@@ -254,7 +252,7 @@ pub fn diagram(
 }
 
 /// Indices of at most `count` minima: a quarter spread evenly by energy, each with its three nearest others.
-fn sample(distances: &[Vec<f64>], count: usize) -> Vec<usize> {
+fn sample(distances: &dyn Distances, count: usize) -> Vec<usize> {
     let n = distances.len();
     if n <= count {
         return (0..n).collect();
@@ -265,7 +263,7 @@ fn sample(distances: &[Vec<f64>], count: usize) -> Vec<usize> {
     while chosen.len() < count {
         let Some(seed) = round.next() else { break };
         let others = (0..n).filter(|i| !chosen.contains(i));
-        let row = &distances[seed];
+        let row = distances.row(seed);
         chosen.extend(others.min_by(|a, b| row[*a].total_cmp(&row[*b])));
     }
     chosen.sort_unstable();
@@ -333,7 +331,6 @@ struct Measurement<'a> {
     kernel: &'a dyn Kernel,
     minima: &'a [Minimum],
     settings: &'a DiagramSettings,
-    run: &'a Run<'a>,
 }
 
 impl Measurement<'_> {
@@ -345,69 +342,64 @@ impl Measurement<'_> {
     }
 
     /// Runs chains from the highest force down to the first force at which all fail.
-    fn scan(&self, t: usize, (a, b): (usize, usize), backward: bool) -> Result<Scan, JournalError> {
-        let (from, to) = if backward { (b, a) } else { (a, b) };
-        self.run.remember(&format!("diagram/{t}/{from}-{to}"), || {
-            let settings = self.chain_settings(t);
-            let mut scan = Scan {
-                levels: vec![Replicas::default(); self.settings.forces.len()],
-                evaluations: 0,
-            };
-            for (f, force) in self.settings.forces.iter().enumerate().rev() {
-                let barriers: Vec<Option<f64>> = (0..self.settings.replicas)
-                    .map(|replica| {
-                        // The stream number has 20 bits for a minimum and 8 bits for each other index.
-                        let parts = [(to, 20), (t, 8), (f, 8), (replica, 8)];
-                        let id = parts
-                            .into_iter()
-                            .fold(from as u64, |id, (part, width)| (id << width) | part as u64);
-                        let mut rng = stream(self.settings.seed, Task::Diagram, id);
-                        let found = chain(
-                            self.energy,
-                            self.kernel,
-                            (&self.minima[from], &self.minima[to]),
-                            *force,
-                            &settings,
-                            (&self.settings.quench, &self.settings.sameness),
-                            f64::INFINITY,
-                            &mut rng,
-                        );
-                        scan.evaluations += found.evaluations;
-                        found.arrived.then_some(found.barrier)
-                    })
-                    .collect();
-                let failed = barriers.iter().all(Option::is_none);
-                scan.levels[f].barriers = barriers;
-                if failed {
-                    break;
-                }
+    fn scan(&self, t: usize, (from, to): (usize, usize)) -> Scan {
+        let settings = self.chain_settings(t);
+        let mut scan = Scan {
+            levels: vec![Replicas::default(); self.settings.forces.len()],
+            evaluations: 0,
+        };
+        for (f, force) in self.settings.forces.iter().enumerate().rev() {
+            let barriers: Vec<Option<f64>> = (0..self.settings.replicas)
+                .map(|replica| {
+                    // The stream number has 20 bits for a minimum and 8 bits for each other index.
+                    let parts = [(to, 20), (t, 8), (f, 8), (replica, 8)];
+                    let id = parts
+                        .into_iter()
+                        .fold(from as u64, |id, (part, width)| (id << width) | part as u64);
+                    let mut rng = stream(self.settings.seed, Task::Diagram, id);
+                    let found = chain(
+                        self.energy,
+                        self.kernel,
+                        (&self.minima[from], &self.minima[to]),
+                        *force,
+                        &settings,
+                        (&self.settings.quench, &self.settings.sameness),
+                        f64::INFINITY,
+                        &mut rng,
+                    );
+                    scan.evaluations += found.evaluations;
+                    found.arrived.then_some(found.barrier)
+                })
+                .collect();
+            let failed = barriers.iter().all(Option::is_none);
+            scan.levels[f].barriers = barriers;
+            if failed {
+                break;
             }
-            scan
-        })
+        }
+        scan
     }
 
     /// Number of free chains that stay in minimum `i`, and the evaluations spent.
-    fn stays(&self, t: usize, i: usize) -> Result<(usize, usize), JournalError> {
-        self.run.remember(&format!("diagram/{t}/{i}"), || {
-            let settings = self.chain_settings(t);
-            let (mut count, mut evaluations) = (0, 0);
-            for replica in 0..self.settings.replicas {
-                let id = (((i as u64) << 8 | t as u64) << 8 | replica as u64) | 1 << 63;
-                let mut rng = stream(self.settings.seed, Task::Diagram, id);
-                let judge = (&self.settings.quench, &self.settings.sameness);
-                let (stayed, spent) = stays(
-                    self.energy,
-                    self.kernel,
-                    &self.minima[i],
-                    &settings,
-                    judge,
-                    &mut rng,
-                );
-                count += usize::from(stayed);
-                evaluations += spent;
-            }
-            (count, evaluations)
-        })
+    fn stays(&self, t: usize, i: usize) -> (usize, usize) {
+        let settings = self.chain_settings(t);
+        let (mut count, mut evaluations) = (0, 0);
+        for replica in 0..self.settings.replicas {
+            let id = (((i as u64) << 8 | t as u64) << 8 | replica as u64) | 1 << 63;
+            let mut rng = stream(self.settings.seed, Task::Diagram, id);
+            let judge = (&self.settings.quench, &self.settings.sameness);
+            let (stayed, spent) = stays(
+                self.energy,
+                self.kernel,
+                &self.minima[i],
+                &settings,
+                judge,
+                &mut rng,
+            );
+            count += usize::from(stayed);
+            evaluations += spent;
+        }
+        (count, evaluations)
     }
 
     fn thresholds(&self, pairs: &[(usize, usize)], rows: &[Scan]) -> Vec<Threshold> {

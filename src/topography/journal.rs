@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::error::Error;
 use std::sync::{Mutex, PoisonError};
 
+use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -20,6 +21,27 @@ pub trait Journal: Sync {
     /// # Errors
     /// If the record cannot or should not be stored. The run ends with this error.
     fn put(&self, key: &str, record: &[u8]) -> Result<(), JournalError>;
+}
+
+/// Divides the tasks of a run among several processes, each of which does the same run. A task is done by one of them, and
+/// all read its record from their journals.
+pub trait Workers: Sync {
+    /// Begins a round: the tasks `keys`, none of which depends on another. All processes begin the same rounds in the same
+    /// order, because results depend on nothing else.
+    fn begin<'a>(&'a self, phase: Phase, keys: &'a [String]) -> Box<dyn Round + 'a>;
+}
+
+/// A round of tasks that several processes share. Several threads may ask it.
+pub trait Round: Sync {
+    /// Index of the task that this thread should do next. Waits while other processes work at all tasks that are left, and
+    /// returns `None` once every task has a record.
+    ///
+    /// # Errors
+    /// If the records of other processes cannot be read, or the own journal cannot be written.
+    fn next(&self) -> Result<Option<usize>, JournalError>;
+
+    /// Number of tasks of this round that have a record, as far as this process knows.
+    fn finished(&self) -> usize;
 }
 
 /// A run ended early because its journal could not store a record (for example on a full disk).
@@ -47,6 +69,8 @@ pub struct Run<'a> {
     /// Asked between batches of tasks: true ends a search early, with what it has found. The result is then that of a longer
     /// search up to a batch, but which batch that is depends on the clock if the answer does.
     pub enough: &'a (dyn Fn() -> bool + Sync),
+    /// The other processes that work at the same run, if there are any.
+    pub workers: Option<&'a dyn Workers>,
 }
 
 impl Default for Run<'_> {
@@ -55,6 +79,7 @@ impl Default for Run<'_> {
             journal: &Forgetful,
             observer: &|_| (),
             enough: &|| false,
+            workers: None,
         }
     }
 }
@@ -72,6 +97,40 @@ impl Run<'_> {
 
     pub(crate) fn tally(&self, phase: Phase, total: usize) -> Tally<'_> {
         Tally::after(phase, 0, total, self.observer)
+    }
+
+    /// The outcomes of `tasks`, each of which has a key of its own: the stored ones, and the others by `work`, in parallel.
+    /// With [`Run::workers`] other processes do their share of them.
+    pub(crate) fn each<K: Sync, T: Serialize + DeserializeOwned + Send>(
+        &self,
+        tally: &Tally<'_>,
+        tasks: &[K],
+        key: impl Fn(&K) -> String + Sync,
+        work: impl Fn(&K) -> T + Sync,
+    ) -> Result<Vec<T>, JournalError> {
+        let done = |task| self.remember(&key(task), || work(task));
+        if let Some(workers) = self.workers {
+            let (keys, before) = (tasks.iter().map(&key).collect::<Vec<_>>(), tally.done());
+            let round = workers.begin(tally.phase(), &keys);
+            let ends = rayon::broadcast(|_| {
+                while let Some(next) = round.next()? {
+                    done(&tasks[next])?;
+                    tally.reach(before + round.finished());
+                }
+                Ok::<_, JournalError>(())
+            });
+            ends.into_iter().collect::<Result<(), _>>()?;
+            tally.reach(before + tasks.len());
+        }
+        // One task at a time for each thread, because tasks take different times.
+        let outcomes = tasks.par_iter().with_max_len(1).map(|task| {
+            let outcome = done(task);
+            if self.workers.is_none() {
+                tally.tick();
+            }
+            outcome
+        });
+        outcomes.collect()
     }
 
     /// The stored outcome of task `key`, or else that of `work`, which is stored. Unreadable records are ignored.

@@ -73,15 +73,14 @@ pub fn quench_all(
     run: &Run<'_>,
 ) -> Result<Vec<Quench>, JournalError> {
     let tally = run.tally(Phase::Quench, starts.len());
-    let row = |(row, start): (usize, &Vec<f64>)| {
-        let record = run.remember(&format!("quench/{row}"), || {
-            QuenchRecord::from(quench(energy, start, settings))
-        })?;
-        tally.tick();
-        Ok(record.into())
-    };
-    let starts = starts.par_iter().with_max_len(1);
-    starts.enumerate().map(row).collect()
+    let rows: Vec<(usize, &Vec<f64>)> = starts.iter().enumerate().collect();
+    let found = run.each(
+        &tally,
+        &rows,
+        |(row, _)| format!("quench/{row}"),
+        |(_, start)| QuenchRecord::from(quench(energy, start, settings)),
+    )?;
+    Ok(found.into_iter().map(Quench::from).collect())
 }
 
 /// Returns the distinct minima among `found`, lowest first, and the rejected rows, with gradients above `max_gradient`.

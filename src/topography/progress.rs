@@ -38,6 +38,26 @@ pub enum Phase {
     Judge,
 }
 
+impl Phase {
+    /// What is being done, or what is counted, as users are told.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Quench => "descending",
+            Self::Connect => "connecting pairs",
+            Self::Join => "joining components",
+            Self::Retry => "improving merges",
+            Self::Diagram => "measuring the diagram",
+            Self::Assign => "assigning minima",
+            Self::Replicate => "repeating chains",
+            Self::Confirm => "confirming merges",
+            Self::Search => "searching saddles",
+            Self::Synthesize => "chains",
+            Self::Simulate | Self::Label | Self::Judge => "grasps",
+            Self::Hop | Self::Pairs => "searching",
+        }
+    }
+}
+
 /// How many tasks of a phase are finished.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
@@ -73,6 +93,23 @@ impl<'a> Tally<'a> {
             total,
             observer,
         }
+    }
+
+    pub(super) fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    pub(super) fn done(&self) -> usize {
+        self.done.load(Ordering::Relaxed)
+    }
+
+    /// Tells that at least `done` tasks are finished.
+    pub(super) fn reach(&self, done: usize) {
+        (self.observer)(Progress {
+            phase: self.phase,
+            done: done.max(self.done.fetch_max(done, Ordering::Relaxed)),
+            total: self.total,
+        });
     }
 
     pub(crate) fn tick(&self) {

@@ -9,7 +9,7 @@ use super::barrier::Connection;
 use super::build::claim;
 use super::merges::minimax_path;
 use super::network::{Evidence, Minimum, MinimumId, Network};
-use super::pairs::candidates;
+use super::pairs::{Distances, candidates};
 use super::path::Path;
 use super::support::Trial;
 use super::tree::spanning_forest;
@@ -53,26 +53,65 @@ pub(super) fn basins(network: &Network, roughness: f64) -> Vec<usize> {
 
 /// Pairs of minima of near basins, the nearest of each two basins; see [`candidates`].
 pub(super) fn between(
-    distances: &[Vec<f64>],
+    distances: &dyn Distances,
     basins: &[usize],
     neighbours: usize,
 ) -> Vec<(usize, usize)> {
     let (lowest, place) = numbered(basins);
-    let mut least = vec![vec![f64::INFINITY; lowest.len()]; lowest.len()];
-    let mut nearest = BTreeMap::new();
-    for (i, row) in distances.iter().enumerate() {
-        for (j, distance) in row.iter().enumerate().skip(i + 1) {
-            let (a, b) = (place[i].min(place[j]), place[i].max(place[j]));
-            if a != b && *distance < least[a][b] {
-                (least[a][b], least[b][a]) = (*distance, *distance);
-                nearest.insert((a, b), (i, j));
+    let mut members = vec![Vec::new(); lowest.len()];
+    for (i, basin) in place.iter().enumerate() {
+        members[*basin].push(i);
+    }
+    let between = BetweenBasins {
+        distances,
+        place,
+        members,
+    };
+    let pairs = candidates(&between, neighbours).into_iter();
+    pairs
+        .filter_map(|(a, b)| Some(between.nearest(a, b)?.0))
+        .collect()
+}
+
+/// Distances of basins: of their nearest minima.
+struct BetweenBasins<'a> {
+    distances: &'a dyn Distances,
+    /// Number of the basin of each minimum.
+    place: Vec<usize>,
+    /// Minima of each basin, ascending.
+    members: Vec<Vec<usize>>,
+}
+
+impl BetweenBasins<'_> {
+    /// The nearest minima of two basins and their distance; of equal ones those with the lowest numbers.
+    fn nearest(&self, a: usize, b: usize) -> Option<((usize, usize), f64)> {
+        let pairs = self.members[a].iter().flat_map(|i| {
+            let others = self.members[b].iter();
+            others.map(move |j| (*i.min(j), *i.max(j)))
+        });
+        let lengths = pairs.map(|pair| (pair, self.distances.between(pair.0, pair.1)));
+        lengths.min_by(|(a, one), (b, other)| one.total_cmp(other).then(a.cmp(b)))
+    }
+}
+
+impl Distances for BetweenBasins<'_> {
+    fn len(&self) -> usize {
+        self.members.len()
+    }
+
+    fn between(&self, a: usize, b: usize) -> f64 {
+        self.nearest(a, b).map_or(f64::INFINITY, |(_, least)| least)
+    }
+
+    fn row(&self, a: usize) -> Vec<f64> {
+        let mut least = vec![f64::INFINITY; self.members.len()];
+        for i in &self.members[a] {
+            for (basin, distance) in self.place.iter().zip(self.distances.row(*i)) {
+                least[*basin] = least[*basin].min(distance);
             }
         }
+        least
     }
-    let pairs = candidates(&least, neighbours).into_iter();
-    pairs
-        .filter_map(|pair| nearest.get(&pair).copied())
-        .collect()
 }
 
 /// The lowest minimum of each basin, ascending, and the number of the basin of each minimum.

@@ -1,6 +1,5 @@
 //! Chooses the temperature and force of attraction–diffusion with a few chains (a small magnetisation diagram).
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::adelm::{ChainSettings, chain, stays};
@@ -8,7 +7,7 @@ use super::diagram::{FROZEN, log_grid, short};
 use super::journal::{JournalError, Run, bits};
 use super::minima::MatchTolerance;
 use super::network::Minimum;
-use super::pairs::{candidates, distances};
+use super::pairs::{BetweenMinima, candidates};
 use super::{Phase, Tally};
 use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
@@ -143,7 +142,10 @@ pub fn tune(
     settings: &TuningSettings,
     run: &Run<'_>,
 ) -> Result<Tuning, JournalError> {
-    let all = candidates(&distances(energy.space(), minima), settings.neighbours);
+    let all = candidates(
+        &BetweenMinima::new(energy.space(), minima),
+        settings.neighbours,
+    );
     let count = settings.pairs.min(all.len());
     let tuner = Tuner {
         energy,
@@ -240,20 +242,20 @@ impl Tuner<'_> {
     /// does), the fraction of free chains that stay in their minimum, and the evaluations spent.
     fn scan(&self, t: usize, tally: &Tally<'_>) -> Result<(Vec<usize>, f64, usize), JournalError> {
         let ways = self.ways();
-        let found: Vec<(usize, bool, usize)> = ways
-            .par_iter()
-            .with_max_len(1)
-            .map(|(from, to)| {
-                let found = self.run.remember(&format!("tune/{t}/{from}-{to}"), || {
-                    let (threshold, spent) = self.threshold(t, (*from, *to));
-                    let (stayed, free) = self.stays(t, (*from, *to));
-                    (threshold, stayed, spent + free)
-                });
-                tally.tick();
-                tally.tick();
-                found
-            })
-            .collect::<Result<_, _>>()?;
+        let found: Vec<(usize, bool, usize)> = self.run.each(
+            tally,
+            &ways,
+            |(from, to)| format!("tune/{t}/{from}-{to}"),
+            |way| {
+                let (threshold, spent) = self.threshold(t, *way);
+                let (stayed, free) = self.stays(t, *way);
+                (threshold, stayed, spent + free)
+            },
+        )?;
+        // Each task is two of the tally: the least force, and whether a free chain stays.
+        for _ in &ways {
+            tally.tick();
+        }
         let (there, back) = found.split_at(self.pairs.len());
         let either = there.iter().zip(back).map(|(a, b)| a.0.min(b.0));
         let stayed = found.iter().filter(|(_, stayed, _)| *stayed).count();
@@ -317,22 +319,18 @@ impl Tuner<'_> {
         tally: &Tally<'_>,
     ) -> Result<TuningTrial, JournalError> {
         let ways = self.ways();
-        let found: Vec<Outcome> = ways
-            .par_iter()
-            .with_max_len(1)
-            .map(|(from, to)| {
-                let key = format!("tune/{t}/{f}/{from}-{to}");
-                let found = self.run.remember(&key, || {
-                    let (barrier, evaluations) = self.chain((*from, *to), (t, f), 1);
-                    Outcome {
-                        barrier: vec![barrier],
-                        evaluations,
-                    }
-                });
-                tally.tick();
-                found
-            })
-            .collect::<Result<_, _>>()?;
+        let found: Vec<Outcome> = self.run.each(
+            tally,
+            &ways,
+            |(from, to)| format!("tune/{t}/{f}/{from}-{to}"),
+            |way| {
+                let (barrier, evaluations) = self.chain(*way, (t, f), 1);
+                Outcome {
+                    barrier: vec![barrier],
+                    evaluations,
+                }
+            },
+        )?;
         let barriers: Vec<Option<f64>> = found.iter().map(|found| found.barrier[0]).collect();
         let (there, back) = barriers.split_at(self.pairs.len());
         let mut lowest: Vec<f64> = (self.pairs.iter().zip(there).zip(back))

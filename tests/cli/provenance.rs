@@ -246,6 +246,7 @@ const WITHOUT_TRACE: [(&str, &str); 13] = [
         "resume",
         "continues an interrupted run, which ends in the same bytes",
     ),
+    ("worker", "writes a journal only"),
     ("fresh", "does what would have been done before"),
     ("output", "is the name of what is written"),
     ("help", "writes nothing"),

@@ -21,6 +21,7 @@ mod desk;
 #[path = "../records/mod.rs"]
 mod records;
 mod verbs;
+mod workers;
 
 /// A command and its output.
 struct Run {
@@ -263,7 +264,7 @@ fn cut_short(run: &Run, percent: &[usize]) {
         assert_eq!(then[..kept], all[..kept], "what was whole is kept");
         assert_eq!(then.len(), all.len(), "and the rest is done once more");
         if kept > 0 {
-            assert_says(&said, &[&format!("holds {kept} finished tasks")]);
+            assert_says(&said, &[&format!("{kept} finished task")]);
         }
         let whole_until = match kept {
             0 if bytes.len() < HEAD => 0,

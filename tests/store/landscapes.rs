@@ -17,7 +17,12 @@ fn landscapes_come_back_equal_and_with_the_same_bytes() {
             seconds: 1.5,
             evaluations: 10,
         }];
-        Timings { threads: 2, phases }.write(&folder).unwrap();
+        let timings = Timings {
+            threads: 2,
+            phases,
+            ..Timings::default()
+        };
+        timings.write(&folder).unwrap();
         assert_eq!(folder.finish().unwrap(), path);
         assert_eq!(LandscapeFiles::read(&path).unwrap(), landscape());
         let files = names(&path);

@@ -339,6 +339,7 @@ fn map(
             journal: &journal,
             observer: &|news| watch.see(news),
             enough: &|| (command.extent.budget()).is_some_and(|budget| started.elapsed() >= budget),
+            ..Run::default()
         },
         stage_ended: &|name, evaluations| watch.lap(name, evaluations),
     };

@@ -10,7 +10,6 @@ use std::collections::BTreeMap;
 
 use petgraph::graph::NodeIndex;
 use petgraph::unionfind::UnionFind;
-use rayon::prelude::*;
 
 use super::barrier::{Connection, Connector, Effort, Pair};
 use super::groups::Groups;
@@ -18,7 +17,7 @@ use super::journal::{JournalError, Run};
 use super::landscape::Landscape;
 use super::minima::distinct;
 use super::network::{Claim, Evidence, Minimum, MinimumId, Network};
-use super::pairs::{bridges, candidates, distances};
+use super::pairs::{BetweenMinima, bridges, candidates};
 use super::ripples::{basins, between};
 use super::support::{Trial, resample};
 use super::tree::{Tree, spanning_forest};
@@ -49,12 +48,13 @@ pub fn build_landscape(
     run: &Run<'_>,
 ) -> Result<Landscape, JournalError> {
     let (minima, rejected) = at_rest(energy, minima, &settings.sameness);
+    let mapped = minima.clone();
     let mut builder = LandscapeBuilder {
         energy,
         kernel,
         settings,
         run,
-        distances: distances(energy.space(), &minima),
+        distances: BetweenMinima::new(energy.space(), &mapped),
         minima,
         best: BTreeMap::new(),
         tried: BTreeMap::new(),
@@ -103,7 +103,7 @@ struct LandscapeBuilder<'a> {
     kernel: &'a dyn Kernel,
     settings: &'a MapSettings,
     run: &'a Run<'a>,
-    distances: Vec<Vec<f64>>,
+    distances: BetweenMinima<'a>,
     minima: Vec<Minimum>,
     best: BTreeMap<(usize, usize), Connection>,
     tried: BTreeMap<(usize, usize), usize>,
@@ -263,25 +263,24 @@ impl LandscapeBuilder<'_> {
             quench: &self.settings.quench,
             sameness: &self.settings.sameness,
         };
-        let one = |(i, j): &(usize, usize)| {
-            let attempt = self.tried.get(&(*i, *j)).copied().unwrap_or(0);
-            let connection = self.run.remember(&format!("{kind}/{i}-{j}/{attempt}"), || {
+        let attempt = |pair: &(usize, usize)| self.tried.get(pair).copied().unwrap_or(0);
+        self.run.each(
+            tally,
+            pairs,
+            |pair| format!("{kind}/{}-{}/{}", pair.0, pair.1, attempt(pair)),
+            |(i, j)| {
                 let pair = Pair {
                     ids: (MinimumId(*i), MinimumId(*j)),
                     minima: (&self.minima[*i], &self.minima[*j]),
                     effort: Effort {
-                        attempt,
+                        attempt: attempt(&(*i, *j)),
                         seed: self.settings.seed,
                     },
                     known: self.known_height((*i, *j)),
                 };
                 work(&connector, pair)
-            });
-            tally.tick();
-            connection
-        };
-        // One task for each pair, because pairs take different times and threads cannot share a task.
-        pairs.par_iter().with_max_len(1).map(one).collect()
+            },
+        )
     }
 
     fn known_height(&self, (i, j): (usize, usize)) -> f64 {

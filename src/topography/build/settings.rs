@@ -9,7 +9,7 @@ use crate::topography::adelm::ChainSettings;
 use crate::topography::groups::GroupSettings;
 use crate::topography::minima::MatchTolerance;
 use crate::topography::network::Minimum;
-use crate::topography::pairs::distances;
+use crate::topography::pairs::{BetweenMinima, Distances};
 use crate::topography::path::PathSettings;
 use crate::topography::scales::{Scales, median};
 
@@ -86,10 +86,11 @@ impl MapSettings {
     /// One or two minima are too few to measure, and surfaces with walls (contact) need scales chosen by hand.
     pub fn for_minima(energy: &dyn Energy, minima: &[Minimum]) -> Self {
         let space = energy.space();
-        let all = distances(space, minima);
+        let all = BetweenMinima::new(space, minima);
         let (mut lengths, mut heights) = (Vec::new(), Vec::new());
         let mut gradient = vec![0.0; space.tangents()];
-        for (i, row) in all.iter().enumerate() {
+        for i in 0..minima.len() {
+            let row = all.row(i);
             // Distances to copies (0) and to invalid points (not finite) are ignored.
             let others = (0..minima.len()).filter(|j| row[*j] > 0.0 && row[*j].is_finite());
             let Some(j) = others.min_by(|a, b| row[*a].total_cmp(&row[*b])) else {

@@ -13,7 +13,7 @@ use crate::topography::Phase;
 use crate::topography::barrier::Crossing;
 use crate::topography::journal::{JournalError, Run};
 use crate::topography::network::Minimum;
-use crate::topography::pairs::{bridges, distances};
+use crate::topography::pairs::{BetweenMinima, Distances, bridges};
 use crate::topography::path::{PathSettings, geodesics, relax};
 
 #[derive(Default)]
@@ -45,12 +45,12 @@ impl Joiner {
         if component.iter().all(|c| *c == component[0]) {
             return Ok(false);
         }
-        let distances = distances(energy.space(), &minima);
+        let distances = BetweenMinima::new(energy.space(), &minima);
         let pairs = bridges(&distances, &component, &|pair| self.tried.contains(&pair));
         let tally = run.tally(Phase::Join, pairs.len());
         let relaxed = run.remember(&format!("join/{}", self.rounds), || {
             let connect = |&(i, j): &(usize, usize)| {
-                let relaxed = searcher.relax((&minima[i], &minima[j]), distances[i][j]);
+                let relaxed = searcher.relax((&minima[i], &minima[j]), distances.between(i, j));
                 tally.tick();
                 relaxed
             };

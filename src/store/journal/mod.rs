@@ -1,13 +1,13 @@
 //! The journal of the finished tasks of a long run, on disk.
 //!
-//! ```text
-//! head:    "landscape journal 1\n"  length u32  crc32 u32  fingerprint
-//! record:  key length u32  payload length u32  crc32 u32  key  payload      (little-endian; the sum covers all else)
-//! ```
-//!
 //! Records are only appended, so a killed run leaves at most one torn record at the end. It is dropped when the journal is
 //! opened again, and its task is done once more. Records may be in any order, because the result of a run depends only on
 //! the set of finished tasks.
+
+mod marks;
+mod record;
+mod status;
+mod workers;
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -20,9 +20,10 @@ use std::time::{Duration, Instant};
 
 use super::error::StoreError;
 use crate::topography;
+use record::{Head, head, is_mark, record, records, split_head};
+pub use status::{RunStatus, StageStatus, WorkerState, WorkerStatus};
+pub use workers::{Worker, WorkersJournal};
 
-const MAGIC: &[u8] = b"landscape journal 1\n";
-const RECORD_HEAD: usize = 12;
 /// The journal is flushed to disk after this many bytes or this much time, which bounds the loss in a power cut. A killed
 /// process loses no record.
 const SYNC_BYTES: u64 = 1 << 20;
@@ -115,6 +116,11 @@ impl Journal {
         self.lock().records.get(key).cloned()
     }
 
+    /// Whether a task is recorded.
+    fn holds(&self, key: &str) -> bool {
+        self.lock().records.contains_key(key)
+    }
+
     /// Records a finished task. A second payload under the same key replaces the first.
     ///
     /// # Errors
@@ -137,6 +143,12 @@ impl Journal {
         Ok(())
     }
 
+    /// Appends a mark, which other processes may read and which is no task.
+    fn mark(&self, key: &str, payload: &[u8]) -> Result<(), StoreError> {
+        let record = record(key, payload);
+        (self.lock().append(&record)).map_err(StoreError::io("write", &self.path))
+    }
+
     /// Number of recorded tasks.
     pub fn len(&self) -> usize {
         self.lock().records.len()
@@ -157,9 +169,11 @@ impl Journal {
     /// # Errors
     /// If the disk reports an error.
     pub fn sync(&self) -> Result<(), StoreError> {
-        self.lock()
-            .sync()
-            .map_err(StoreError::io("write", &self.path))
+        let mut inner = self.lock();
+        if inner.synced_length == inner.length {
+            return Ok(());
+        }
+        inner.sync().map_err(StoreError::io("write", &self.path))
     }
 
     /// Removes the journal from disk, when the results of its run are complete and stored elsewhere.
@@ -228,87 +242,14 @@ impl Inner {
     }
 }
 
-enum Head<'a> {
-    Whole {
-        fingerprint: &'a [u8],
-        length: usize,
-    },
-    /// The head is empty or was cut off while it was written, so there are no records.
-    Torn,
-    /// Any other content, which may be valuable and is kept.
-    Foreign,
-}
-
-fn head(fingerprint: &str) -> Vec<u8> {
-    let mut bytes = MAGIC.to_vec();
-    bytes.extend(length_bytes(fingerprint.len()));
-    bytes.extend(checksum(&[fingerprint.as_bytes()]).to_le_bytes());
-    bytes.extend(fingerprint.as_bytes());
-    bytes
-}
-
-fn split_head<'a>(bytes: &'a [u8], expected: &str) -> Head<'a> {
-    let whole = || {
-        let rest = bytes.strip_prefix(MAGIC)?;
-        let (numbers, rest) = rest.split_at_checked(8)?;
-        let fingerprint = rest.get(..number(numbers) as usize)?;
-        (checksum(&[fingerprint]) == number(&numbers[4..])).then_some(fingerprint)
-    };
-    match whole() {
-        Some(fingerprint) => Head::Whole {
-            fingerprint,
-            length: MAGIC.len() + 8 + fingerprint.len(),
-        },
-        // A damaged length must not be taken for a torn head, because all records behind it would be lost.
-        None if head(expected).starts_with(bytes) => Head::Torn,
-        None => Head::Foreign,
-    }
-}
-
-fn record(key: &str, payload: &[u8]) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(RECORD_HEAD + key.len() + payload.len());
-    bytes.extend(length_bytes(key.len()));
-    bytes.extend(length_bytes(payload.len()));
-    bytes.extend(checksum(&[&bytes, key.as_bytes(), payload]).to_le_bytes());
-    bytes.extend(key.as_bytes());
-    bytes.extend(payload);
-    bytes
-}
-
-/// All complete records from `start` on, and the end of the last one.
+/// All complete records from `start` on but for marks, and the end of the last one.
 fn scan(bytes: &[u8], start: usize) -> (BTreeMap<String, Vec<u8>>, usize) {
-    let mut records = BTreeMap::new();
-    let mut end = start;
-    while let Some((key, payload)) = first_record(&bytes[end..]) {
-        end += RECORD_HEAD + key.len() + payload.len();
-        records.insert(key.to_owned(), payload.to_vec());
+    let (mut tasks, mut end) = (BTreeMap::new(), start);
+    for found in records(bytes, start) {
+        end = found.end;
+        if !is_mark(found.key) {
+            tasks.insert(found.key.to_owned(), found.payload.to_vec());
+        }
     }
-    (records, end)
-}
-
-fn first_record(bytes: &[u8]) -> Option<(&str, &[u8])> {
-    let body = bytes.get(RECORD_HEAD..)?;
-    let (key, rest) = body.split_at_checked(number(bytes) as usize)?;
-    let payload = rest.get(..number(&bytes[4..]) as usize)?;
-    (checksum(&[&bytes[..8], key, payload]) == number(&bytes[8..])).then_some(())?;
-    Some((std::str::from_utf8(key).ok()?, payload))
-}
-
-fn length_bytes(length: usize) -> [u8; 4] {
-    u32::try_from(length)
-        .expect("a record is shorter than 4 GiB")
-        .to_le_bytes()
-}
-
-/// The first four bytes as a number.
-fn number(bytes: &[u8]) -> u32 {
-    u32::from_le_bytes(bytes[..4].try_into().expect("four bytes make a number"))
-}
-
-fn checksum(parts: &[&[u8]]) -> u32 {
-    let mut crc = flate2::Crc::new();
-    for part in parts {
-        crc.update(part);
-    }
-    crc.sum()
+    (tasks, end)
 }
