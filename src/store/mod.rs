@@ -5,8 +5,10 @@
 //! * [`exchange`]: reading and writing of grasps in the formats of other programs.
 //! * [`AtomicFolder`], [`write_atomic`]: a file or folder takes its final name only when it is complete.
 //! * [`Journal`]: the finished tasks of a long run. It survives a kill at any moment.
+//! * [`WorkersJournal`], [`RunStatus`]: the journals of several processes that share a run.
 //!
-//! Equal content gives equal bytes: this module writes no time, host name or thread count, except in [`Timings`]. Callers
+//! Equal content gives equal bytes: apart from [`Timings`] and the journals, which are removed at the end, this module
+//! writes no time, host name or thread count. Callers
 //! decide what a run means and which files it needs.
 
 mod atomic;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::path::PathBuf;
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
@@ -19,6 +20,27 @@ impl Run {
         let mut command = desk.command(&line);
         command.stdout(Stdio::null()).stderr(Stdio::null());
         command.spawn().unwrap()
+    }
+
+    /// The journal of a worker, whose name ends with that of the machine.
+    fn journal_of(&self, desk: &Desk, worker: &str) -> PathBuf {
+        let started = Instant::now();
+        loop {
+            let entries = fs::read_dir(desk.path(&self.workers_folder()));
+            let paths = entries
+                .into_iter()
+                .flatten()
+                .map(|entry| entry.unwrap().path());
+            let mut named = paths.filter(|path| super::name(path).starts_with(worker));
+            if let Some(path) = named.next() {
+                return path;
+            }
+            assert!(
+                started.elapsed() < Duration::from_secs(60),
+                "it has a journal"
+            );
+            std::thread::sleep(Duration::from_millis(1));
+        }
     }
 
     fn workers_folder(&self) -> String {
@@ -84,8 +106,8 @@ fn shared_builds_give_the_same_bytes() {
 #[test]
 fn a_worker_takes_over_what_a_killed_one_leaves() {
     let desk = SYNTH.desk();
-    let journal = desk.path("g.parquet.workers/1-of-2.journal");
     let mut first = SYNTH.worker(&desk, 1, 2);
+    let journal = SYNTH.journal_of(&desk, "1-of-2");
     let begun = |key: &str| records(&journal).iter().any(|(known, _)| known == key);
     while !begun("~begin chain 2") {
         assert!(first.try_wait().unwrap().is_none(), "it has five tasks");
@@ -94,7 +116,7 @@ fn a_worker_takes_over_what_a_killed_one_leaves() {
     // The plain run does not join a run that is at work.
     assert_says(
         &desk.mistake(&format!("{} -q", SYNTH.line)),
-        &["1-of-2.journal", "still at work", "give this command again"],
+        &["1-of-2-", "still at work", "give this command again"],
     );
     let status = |desk: &Desk| -> Value {
         let output = desk.run("status g.parquet --json");
@@ -145,7 +167,7 @@ fn a_worker_waits_for_the_tasks_of_others() {
             .status();
         assert!(done.unwrap().success());
     };
-    let journal = desk.path("g.parquet.workers/1-of-2.journal");
+    let journal = SYNTH.journal_of(&desk, "1-of-2");
     let begun = || (records(&journal).iter()).any(|(key, _)| key.starts_with("~begin"));
     while !begun() {
         assert!(started.elapsed() < Duration::from_secs(60));

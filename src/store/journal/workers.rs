@@ -1,6 +1,6 @@
 //! A run that several processes share. Each has a journal of its own and reads those of the others.
 //!
-//! The journals lie in a folder beside the output: `X.workers/3-of-64.journal`. A worker writes and locks only its own. It
+//! The journals lie in a folder beside the output: `X.workers/3-of-64-MACHINE.journal`. A worker writes and locks only its own. It
 //! does its share of each round (the tasks whose place is its number modulo the count of workers), and then tasks that
 //! nobody has begun or whose worker is gone. Two workers that do the same task write the same record, so nothing depends on
 //! locks or clocks but the time that is lost.
@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use super::Journal;
-use super::marks::{HEARTBEAT, Life, Mark, PATIENCE, Place, Tail, now};
+use super::marks::{HEARTBEAT, Life, Mark, PATIENCE, Place, Tail, kernel, now};
 use crate::store::error::StoreError;
 use crate::store::machine::Machine;
 use crate::topography::{self, JournalError, Phase, Round, Workers};
@@ -91,7 +91,7 @@ impl WorkersJournal {
     ) -> Result<Self, StoreError> {
         let folder = Self::folder(output);
         std::fs::create_dir_all(&folder).map_err(StoreError::io("create", &folder))?;
-        let path = folder.join(format!("{}-of-{}.journal", worker.number, worker.count));
+        let path = folder.join(journal_name(worker));
         let own = Arc::new(open_patiently(&path, fingerprint)?);
         let mut others = Others::default();
         if plain.is_file() {
@@ -144,7 +144,7 @@ impl WorkersJournal {
             };
             let worker = tail.life.as_ref().and_then(|life| life.worker);
             let elsewhere = (tail.life.as_ref())
-                .filter(|life| life.kernel.is_empty() || life.kernel != super::marks::kernel());
+                .filter(|life| life.kernel.is_empty() || life.kernel != kernel());
             if elsewhere.is_none() || begun.elapsed() > PATIENCE + HEARTBEAT {
                 return Err(StoreError::WorkerAtWork {
                     path: tail.path.clone(),
@@ -482,6 +482,12 @@ impl Drop for Heart {
 fn put_mark(journal: &Journal, mark: &Mark) -> Result<(), StoreError> {
     let (key, payload) = mark.record();
     journal.mark(&key, &payload)
+}
+
+/// Name of a worker's journal. It is another on each machine, because the lock of a file may not be seen by all of them.
+fn journal_name(Worker { number, count }: Worker) -> String {
+    let kernel: String = kernel().chars().take(8).collect();
+    format!("{number}-of-{count}-{kernel}.journal")
 }
 
 /// Opens a journal; another process may hold its lock for a moment to see whether it is held.

@@ -162,7 +162,7 @@ impl LandscapeBuilder<'_> {
         };
         let tally = self.run.tally(Phase::Connect, pairs.len());
         let mut known = Tree::from_network(&self.network(), Evidence::Path);
-        for batch in pairs.chunks(settings.batch.max(1)) {
+        for batch in growing(&pairs, settings.batch) {
             let open: Vec<_> = (batch.iter().copied())
                 .filter(|pair| !(settings.pruned && self.joined_at_the_bottom(&known, *pair)))
                 .collect();
@@ -323,10 +323,37 @@ impl LandscapeBuilder<'_> {
     }
 }
 
+/// Batches of at least `least` pairs, and of a quarter of those before: what is known grows ever more slowly, and many
+/// workers share a batch.
+fn growing<T>(pairs: &[T], least: usize) -> impl Iterator<Item = &[T]> {
+    let mut done = 0;
+    std::iter::from_fn(move || {
+        let size = least.max(1).max(done / 4).min(pairs.len() - done);
+        let batch = &pairs[done..done + size];
+        done += size;
+        (size > 0).then_some(batch)
+    })
+}
+
 pub(super) fn claim(connection: &Connection) -> Claim {
     Claim {
         invalid: connection.invalid_reason.is_some(),
         height: connection.edge.height,
         evidence: connection.edge.evidence,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn batches_grow() {
+        let pairs: Vec<usize> = (0..200).collect();
+        let sizes = |least| growing(&pairs, least).map(<[_]>::len).collect::<Vec<_>>();
+        assert_eq!(sizes(16), [16, 16, 16, 16, 16, 20, 25, 31, 39, 5]);
+        assert_eq!(sizes(0).iter().sum::<usize>(), 200);
+        assert_eq!(sizes(500), [200]);
+        assert_eq!(growing(&pairs[..0], 16).count(), 0);
     }
 }

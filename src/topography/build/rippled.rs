@@ -1,6 +1,6 @@
 //! Stages of a map on a surface with ripples, and of one whose minima are joined at a ceiling by definition.
 
-use super::LandscapeBuilder;
+use super::{LandscapeBuilder, growing};
 use crate::topography::Phase;
 use crate::topography::barrier::Connection;
 use crate::topography::journal::JournalError;
@@ -18,7 +18,7 @@ impl LandscapeBuilder<'_> {
         }
         let pairs = candidates(&self.distances, settings.neighbours);
         let tally = self.run.tally(Phase::Connect, pairs.len());
-        for batch in pairs.chunks(settings.batch.max(1)) {
+        for batch in growing(&pairs, settings.batch) {
             let known = Tree::from_network(&self.network(), Evidence::Path);
             let open: Vec<_> = (batch.iter().copied())
                 .filter(|pair| !self.joined_at_the_bottom(&known, *pair))

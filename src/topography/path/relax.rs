@@ -205,11 +205,13 @@ impl<'a> Relaxation<'a> {
         let mut round = 0;
         let relaxed = loop {
             let Some(peak) = Peak::of(self.energy, &images) else {
+                loose = None;
                 break true;
             };
             let slack = self.settings.height_tolerance * (pinned.0 - floor) + self.sameness.energy;
             if peak.energy <= pinned.0 + slack {
-                loose = None;
+                // It is not worth a refinement, but the path goes over it.
+                loose = (peak.energy > pinned.0).then_some(peak);
                 if doubled {
                     break true;
                 }
