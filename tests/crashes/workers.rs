@@ -212,3 +212,27 @@ fn workers_of_other_runs_are_refused() {
     assert!(desk.run(&format!("{other} -q --fresh")).status.success());
     assert!(!desk.path("g.parquet.workers").exists());
 }
+
+/// The disk of one worker is full, simulated by a limit on file sizes: it ends with one sentence, and another does the rest.
+#[test]
+fn a_worker_on_a_full_disk() {
+    let desk = SYNTH.desk();
+    for blocks in [0, 8] {
+        let program = desk.command("");
+        let output = std::process::Command::new("sh")
+            .args(["-c", "trap '' XFSZ; ulimit -f $0; exec \"$@\""])
+            .arg(blocks.to_string())
+            .arg(program.get_program())
+            .args(format!("{} -q --worker 1/2", SYNTH.line).split_whitespace())
+            .current_dir(desk.folder.path())
+            .output()
+            .unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{blocks} blocks: {said}");
+        assert_says(&said, &["error: ", "cannot write ", "File too large"]);
+        assert_eq!(said.lines().count(), 1, "{said}");
+    }
+    assert!(SYNTH.worker(&desk, 2, 2).wait().unwrap().success());
+    assert_eq!(SYNTH.times_done(&desk).len(), 10);
+    SYNTH.finish(&desk, "-q");
+}

@@ -323,12 +323,12 @@ impl LandscapeBuilder<'_> {
     }
 }
 
-/// Batches of at least `least` pairs, and of a quarter of those before: what is known grows ever more slowly, and many
+/// Batches of at least `least` pairs, and of a sixteenth of those before: what is known grows ever more slowly, and many
 /// workers share a batch.
 fn growing<T>(pairs: &[T], least: usize) -> impl Iterator<Item = &[T]> {
     let mut done = 0;
     std::iter::from_fn(move || {
-        let size = least.max(1).max(done / 4).min(pairs.len() - done);
+        let size = least.max(1).max(done / 16).min(pairs.len() - done);
         let batch = &pairs[done..done + size];
         done += size;
         (size > 0).then_some(batch)
@@ -351,7 +351,13 @@ mod tests {
     fn batches_grow() {
         let pairs: Vec<usize> = (0..200).collect();
         let sizes = |least| growing(&pairs, least).map(<[_]>::len).collect::<Vec<_>>();
-        assert_eq!(sizes(16), [16, 16, 16, 16, 16, 20, 25, 31, 39, 5]);
+        assert_eq!(sizes(4)[..16], [4; 16]);
+        assert_eq!(
+            sizes(4)[16..],
+            [
+                4, 4, 4, 4, 5, 5, 5, 5, 6, 6, 7, 7, 7, 8, 8, 9, 9, 10, 11, 11, 1
+            ]
+        );
         assert_eq!(sizes(0).iter().sum::<usize>(), 200);
         assert_eq!(sizes(500), [200]);
         assert_eq!(growing(&pairs[..0], 16).count(), 0);

@@ -19,8 +19,8 @@ use crate::topography::scales::{Scales, median};
 pub struct MapSettings {
     /// Number of nearest minima to connect each minimum with. The minimum spanning tree of the distances is always added.
     pub neighbours: usize,
-    /// Least number of pairs connected between two updates of the skipping rule; later batches have a quarter of the pairs
-    /// before them. It affects the result, so it must not depend on threads.
+    /// Least number of pairs connected between two updates of the skipping rule; later batches have a sixteenth of the
+    /// pairs before them. It affects the result, so it must not depend on threads.
     pub batch: usize,
     /// Whether to skip pairs that known passes already join at the energy of the higher minimum, the lowest possible.
     pub pruned: bool,
