@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use super::args::Again;
 use super::{interruption, progress};
-use crate::cli::printing::{complain, print};
+use crate::cli::printing::{complain, explain, print};
 use crate::store::{AtomicFolder, Journal, Phase as Timing, StoreError, Timings};
 use crate::topography::{GuardedJournal, Phase, Progress};
 
@@ -97,6 +97,12 @@ pub(super) fn open_journal(
 
 /// Tells what the journal already contains.
 fn tell(journal: &Journal, path: &Path, quiet: bool) {
+    explain(|| {
+        format!(
+            "finished tasks are kept in {}, so that the same command continues after an interruption",
+            path.display()
+        )
+    });
     if quiet {
         return;
     }
@@ -174,6 +180,7 @@ impl Watch {
                 Phase::Simulate | Phase::Label | Phase::Judge => "grasps",
                 _ => "searching",
             };
+            explain(|| format!("{what}: {total} tasks"));
             *bar = Some((news.phase, progress::bar(what, total, self.quiet)));
         }
         if let Some((_, bar)) = bar.as_ref() {
@@ -194,9 +201,13 @@ impl Watch {
         self.clear();
         let mut phases = self.phases.lock().unwrap_or_else(PoisonError::into_inner);
         let before: f64 = phases.iter().map(|phase| phase.seconds).sum();
+        let seconds = self.started.elapsed().as_secs_f64() - before;
+        explain(|| {
+            format!("stage {name} ended after {seconds:.1} s and {evaluations} evaluations")
+        });
         phases.push(Timing {
             name: name.to_owned(),
-            seconds: self.started.elapsed().as_secs_f64() - before,
+            seconds,
             evaluations: evaluations as u64,
         });
     }

@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
+use serde_json::{Map, Value, json};
 
 use super::args::{Again, Common, HandAndObject};
 use super::input;
 use super::output::check_file;
 use super::run::{Watch, open_journal, stoppable};
-use crate::cli::printing::{complain, print};
+use crate::cli::printing::{complain, explain, print, print_json};
 use crate::evaluation::stability::{Drop, Protocol, SixDirections};
 use crate::study::{ObjectFit, Run, Simulation, simulate_all, simulation_fingerprint, tally};
 
@@ -49,6 +50,17 @@ pub(super) enum ProtocolName {
     SixDirectionsRigid,
 }
 
+impl ProtocolName {
+    /// The protocol with its standard numbers.
+    pub(super) fn numbers(self) -> Protocol {
+        match self {
+            Self::Drop => Protocol::Drop(Drop::default()),
+            Self::SixDirections => Protocol::SixDirections(SixDirections::default()),
+            Self::SixDirectionsRigid => Protocol::SixDirections(SixDirections::rigid()),
+        }
+    }
+}
+
 pub(super) const EXAMPLES: &str = "\
 Examples:
   landscape stability grasps.parquet                       grasps.stability.parquet: the same with a column `stable`
@@ -76,6 +88,9 @@ given again.";
 pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     let protocol = protocol(command)?;
     if command.print_protocol {
+        if common.json {
+            return print_json(&protocol);
+        }
         print(&toml::to_string(&protocol)?);
         return Ok(());
     }
@@ -95,6 +110,13 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
         &command.again,
         common.quiet,
     )?;
+    explain(|| {
+        let origin = match &command.settings {
+            Some(path) => format!("from {}", path.display()),
+            None => "with its standard numbers (--print-protocol lists them)".to_owned(),
+        };
+        format!("each grasp is simulated by itself with this protocol, {origin}: {protocol:?}")
+    });
     let watch = Watch::new(common.quiet);
     let run = Run {
         journal: &stoppable(&journal),
@@ -107,6 +129,9 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     found.record(&mut file, &protocol);
     file.write(&output)?;
     journal.remove()?;
+    if common.json {
+        print_json(&value(&found, &protocol, &output))?;
+    }
     if !common.quiet {
         print(&summary(&found));
         complain(&format!("wrote {}", output.display()));
@@ -116,11 +141,7 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
 
 fn protocol(command: &Stability) -> anyhow::Result<Protocol> {
     let Some(path) = &command.settings else {
-        return Ok(match command.protocol {
-            ProtocolName::Drop => Protocol::Drop(Drop::default()),
-            ProtocolName::SixDirections => Protocol::SixDirections(SixDirections::default()),
-            ProtocolName::SixDirectionsRigid => Protocol::SixDirections(SixDirections::rigid()),
-        });
+        return Ok(command.protocol.numbers());
     };
     let text = std::fs::read_to_string(path)
         .with_context(|| format!("--settings: cannot read {}", path.display()))?;
@@ -130,6 +151,24 @@ fn protocol(command: &Stability) -> anyhow::Result<Protocol> {
         .validate()
         .with_context(|| path.display().to_string())?;
     Ok(protocol)
+}
+
+/// The JSON document.
+fn value(found: &Simulation, protocol: &Protocol, output: &Path) -> Value {
+    let reasons = found.outcomes.iter();
+    let reasons: Map<String, Value> = tally(reasons.map(|(_, outcome)| outcome.reason.name()))
+        .into_iter()
+        .map(|(reason, count)| (reason, count.into()))
+        .collect();
+    json!({
+        "grasps": found.outcomes.len(),
+        "stable": found.stable(),
+        "reasons": reasons,
+        "objects": found.fits,
+        "protocol": protocol,
+        "seconds": found.seconds,
+        "wrote": [output],
+    })
 }
 
 fn summary(found: &Simulation) -> String {
