@@ -204,6 +204,38 @@ limits! {
     /// Steps of a simulation, multiplied by substeps and sweeps.
     SIMULATION_STEPS: 1.0, 1e8, "",
         "such a simulation takes hours for each grasp";
+
+    /// Lengths, energies, forces and factors among the settings of maps and searches.
+    POSITIVE_SETTING: 1e-15, 1e12, "",
+        "check the unit";
+
+    /// Such settings that may be zero.
+    SETTING: 0.0, 1e12, "",
+        "check the unit";
+
+    /// Numbers of steps, chains, rounds and levels in the settings of maps and searches.
+    COUNT_SETTING: 1.0, 1e6, "",
+        "nothing is gained by more";
+
+    /// Such numbers that may be zero.
+    COUNT_SETTING_OR_ZERO: 0.0, 1e6, "",
+        "nothing is gained by more";
+
+    /// Evaluations, searches and steps of a whole run.
+    EFFORT_SETTING: 1.0, 1e12, "",
+        "no run ends after so many";
+
+    /// Neighbours of a minimum, segments of a path.
+    NEIGHBOURS_SETTING: 1.0, 10_000.0, "",
+        "more would fill the memory";
+
+    /// Numbers of doublings and halvings of a grid.
+    GRID_SETTING: 0.0, 20.0, "",
+        "each doubles the work";
+
+    /// Seeds in files of settings, which hold no larger whole numbers.
+    SEED_SETTING: 0.0, 9.3e18, "",
+        "a seed is a whole number";
 }
 
 /// Largest number of motions that map an object onto itself; each is tried on every corner of its mesh.
@@ -321,6 +353,14 @@ mod tests {
             SIMULATION,
             SIMULATION_OR_ZERO,
             SIMULATION_STEPS,
+            POSITIVE_SETTING,
+            SETTING,
+            COUNT_SETTING,
+            COUNT_SETTING_OR_ZERO,
+            EFFORT_SETTING,
+            NEIGHBOURS_SETTING,
+            GRID_SETTING,
+            SEED_SETTING,
         ] {
             assert!(limit.holds(limit.least) && limit.holds(limit.most));
             for value in [f64::NAN, f64::INFINITY, -f64::INFINITY, 1e155, -1e308] {

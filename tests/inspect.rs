@@ -513,7 +513,7 @@ fn mistakes_with_grasps() {
         "--grasp 99999: g.parquet has no grasp with this id"
     );
     let output = desk.run("inspect g.parquet --each --grasp 0");
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(2));
     assert_says(
         &String::from_utf8(output.stderr).unwrap(),
         &["--each", "cannot be used with", "--grasp"],

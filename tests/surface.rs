@@ -58,7 +58,9 @@ impl Desk {
         let before = names(self.folder.path());
         let output = self.run(arguments);
         let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {said}");
+        let usage = said.contains("For more information, try '--help'");
+        let code = if usage { 2 } else { 1 };
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
         assert!(!said.contains("panicked"), "{said}");
         assert_eq!(names(self.folder.path()), before, "{arguments:?}");
         said

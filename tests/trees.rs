@@ -52,7 +52,9 @@ impl Desk {
     fn mistake(&self, line: &str) -> String {
         let output = self.run(line);
         let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(1), "landscape {line}: {said}");
+        let usage = said.contains("For more information, try '--help'");
+        let code = if usage { 2 } else { 1 };
+        assert_eq!(output.status.code(), Some(code), "landscape {line}: {said}");
         assert!(
             said.starts_with("error: ") && !said.contains("panicked"),
             "{said}"

@@ -186,6 +186,7 @@ impl Parts {
                 },
                 observer: &|news| watch.see(news),
                 enough: &enough,
+                ..Run::default()
             },
             stage_ended: &|_, _| (),
         };

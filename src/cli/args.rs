@@ -9,6 +9,7 @@ use crate::topography::{GroupSettings, PathMethod};
 
 /// Flags of every subcommand.
 #[derive(Debug, Args)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag by itself")]
 pub(super) struct Common {
     /// Number of threads; all cores by default. The result does not depend on it.
     #[arg(long, global = true, value_name = "N")]
@@ -16,6 +17,12 @@ pub(super) struct Common {
     /// Print neither progress bars nor summary.
     #[arg(long, short, global = true)]
     pub(super) quiet: bool,
+    /// Print the result as one JSON document, in place of texts; docs/scripts.md describes it.
+    #[arg(long, global = true)]
+    pub(super) json: bool,
+    /// Say on standard error what is being done, and why.
+    #[arg(long, short, global = true, conflicts_with = "quiet")]
+    pub(super) verbose: bool,
     /// Overwrite the output even if this program did not make it, if it may have been edited, or if it is also an input.
     #[arg(long, global = true)]
     pub(super) force: bool,

@@ -12,6 +12,7 @@ use super::provenance::name_of;
 use super::report;
 use super::run::{Unfinished, Watch, check_resumable, end_worker, open_worker, stoppable};
 use super::workers::Share;
+use crate::cli::printing::{explain, print_landscapes};
 use crate::grasp::GraspEnergy;
 use crate::limits::ENERGY_SCALE;
 use crate::store::{AtomicFolder, GraspFile, Population, Source, content_hash};
@@ -41,9 +42,12 @@ pub(super) struct Build {
     /// chooses T and F if they are not given. It costs as much as the map of thirty grasps.
     #[arg(long)]
     pub(super) diagram: bool,
-    /// Relaxation method of paths.
-    #[arg(long, value_enum, default_value_t)]
-    paths: Paths,
+    /// Relaxation method of paths; `string` by default.
+    #[arg(long, value_enum)]
+    paths: Option<Paths>,
+    /// File (TOML) with any of the settings that `landscape config build` prints. Flags override it.
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    config: Option<PathBuf>,
     /// Map by sequential ADELM as published, for comparison: minima are assigned one by one, in the order of the file, to
     /// the group with the lowest raw barrier. Every barrier is an upper bound, and the result depends on the order.
     #[arg(long, conflicts_with_all = ["group_barrier", "worker"])]
@@ -56,9 +60,9 @@ pub(super) struct Build {
     /// Map only the first N grasps, for a quick look.
     #[arg(long, value_name = "N")]
     first: Option<usize>,
-    /// Seed of all random draws.
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
+    /// Seed of all random draws; 0 by default.
+    #[arg(long)]
+    seed: Option<u64>,
     #[command(flatten)]
     of: HandAndObject,
     #[command(flatten)]
@@ -119,13 +123,16 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     for folder in &folders {
         check_place(folder)?;
         check_inputs(folder, &[&command.grasps])?;
+        if let Some(config) = &command.config {
+            check_inputs(folder, &[config])?;
+        }
     }
     check_resumable(&command.again, &folders)?;
     for (population, folder) in populations.iter().zip(&folders) {
         build(command, common, population, folder, warnings.clone())
             .with_context(|| format!("{}", command.grasps.display()))?;
     }
-    Ok(())
+    print_landscapes(common, &folders)
 }
 
 /// Removes the grasps that did not hold in simulation.
@@ -167,20 +174,23 @@ fn folder(command: &Build, population: &Population<'_>, several: bool) -> anyhow
     Ok(folder)
 }
 
-fn settings(command: &Build, energy: &GraspEnergy) -> GraspMapSettings {
+fn settings(command: &Build, energy: &GraspEnergy) -> anyhow::Result<GraspMapSettings> {
     let mut settings = GraspMapSettings::new(energy);
-    let map = &mut settings.map;
-    map.seed = command.seed;
-    map.neighbours = command.neighbours.unwrap_or(map.neighbours);
-    map.path.method = command.paths.into();
-    map.groups.barrier = command.groups.group_barrier.or(map.groups.barrier);
-    GraspMapSettings {
-        temperature: command.temperature,
-        force: command.pull,
-        diagram: command.diagram,
-        sequential: command.sequential,
-        ..settings
+    if let Some(path) = &command.config {
+        settings = settings.with_file(path)?;
     }
+    let map = &mut settings.map;
+    map.seed = command.seed.unwrap_or(map.seed);
+    map.neighbours = command.neighbours.unwrap_or(map.neighbours);
+    map.path.method = command.paths.map_or(map.path.method, Into::into);
+    map.groups.barrier = command.groups.group_barrier.or(map.groups.barrier);
+    Ok(GraspMapSettings {
+        temperature: command.temperature.or(settings.temperature),
+        force: command.pull.or(settings.force),
+        diagram: command.diagram || settings.diagram,
+        sequential: command.sequential || settings.sequential,
+        ..settings
+    })
 }
 
 fn build(
@@ -201,7 +211,17 @@ fn build(
         population.object.name
     );
     let energy = population.energy()?;
-    let settings = settings(command, &energy);
+    let settings = settings(command, &energy)?;
+    explain(|| {
+        let cause = match &command.config {
+            Some(path) => format!("as the energy needs them, changed by {} and the flags", path.display()),
+            None => "as the energy needs them, changed by the flags (`landscape config build` lists them)".to_owned(),
+        };
+        format!(
+            "settings of the map: {cause}; each minimum is connected to its {} nearest ones, and a spanning tree is added",
+            settings.map.neighbours
+        )
+    });
     let bytes = std::fs::read(&command.grasps)?;
     let fingerprint = fingerprint(&bytes, &population, &settings)?;
     if let Some(worker) = command.share.worker()? {
@@ -218,7 +238,7 @@ fn build(
             ..StudyRun::default()
         };
         map_population(&population, &energy, &settings, &run)?;
-        return Ok(end_worker(journal, &watch, worker, output)?);
+        return end_worker(journal, &watch, worker, output, common);
     }
     let unfinished = Unfinished::open(output, &fingerprint, &command.again, common.quiet)?;
     let watch = Watch::new(common.quiet);
@@ -237,6 +257,12 @@ fn build(
         }
         found => found?,
     };
+    explain(|| {
+        format!(
+            "temperature and force of the chains: {}",
+            found.choice.spell()
+        )
+    });
     let report = GraspReport {
         found: &found,
         energy: &energy,

@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::args::{Common, GroupBarrier};
 use super::input::open_landscape;
 use super::output::check_file;
-use crate::cli::printing::{complain, print, shown};
+use crate::cli::printing::{complain, print, print_json, shown};
 use crate::evaluation::taxonomy::Rule;
 use crate::figure::MAKER;
 use crate::figure::chart::Chart;
@@ -99,6 +99,9 @@ fn finish(
     let report = named(output, ".md");
     files.add(&report, signed.as_bytes())?;
     files.finish()?;
+    if common.json {
+        print_json(value)?;
+    }
     if !common.quiet {
         print(text);
         complain(&format!("wrote {}", report.display()));

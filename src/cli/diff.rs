@@ -30,9 +30,6 @@ pub(super) struct Diff {
     /// made.
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     within: Option<f64>,
-    /// Write everything as JSON.
-    #[arg(long)]
-    json: bool,
 }
 
 pub(super) const EXAMPLES: &str = "\
@@ -62,7 +59,7 @@ pub(super) fn run(command: &Diff, common: &Common) -> anyhow::Result<()> {
     let before = side(&command.before)?;
     let after = side(&command.after)?;
     let (reach, found) = between(&before, &after, command.within)?;
-    if command.json {
+    if common.json {
         let mut value = serde_json::to_value(&found)?;
         value["before"] = json!(before.name);
         value["after"] = json!(after.name);

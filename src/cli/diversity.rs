@@ -26,9 +26,12 @@ pub(super) struct Diversity {
     /// Name of the files to write, without .md, .json, .png and .svg; by default that of the first set with `.diversity`.
     #[arg(short, long, value_name = "NAME")]
     output: Option<PathBuf>,
-    /// Print everything as JSON, instead of the answer and the table.
-    #[arg(long)]
-    json: bool,
+    /// The hand of files that do not describe theirs.
+    #[arg(long, value_name = "NAME|FILE", value_hint = clap::ValueHint::FilePath)]
+    hand: Option<String>,
+    /// The object of files that do not describe theirs.
+    #[arg(long, value_name = "NAME|FILE", value_hint = clap::ValueHint::FilePath)]
+    object: Option<String>,
     #[command(flatten)]
     groups: GroupBarrier,
     /// Number of resamplings for each interval.
@@ -66,7 +69,7 @@ pub(super) fn run(command: &Diversity, common: &Common) -> anyhow::Result<()> {
         "--resamplings {}: a number from 20 to 100000 is needed",
         command.resamplings
     );
-    let group_barrier = command.groups.checked()?;
+    command.groups.checked()?;
     let output = match &command.output {
         Some(output) => output.clone(),
         None => beside(&command.sets[0])?,
@@ -78,7 +81,7 @@ pub(super) fn run(command: &Diversity, common: &Common) -> anyhow::Result<()> {
     }
     let names = names(&command.sets);
     let sets = (command.sets.iter().zip(&names))
-        .map(|(path, name)| set(path, name, group_barrier, common))
+        .map(|(path, name)| set(command, path, name, common))
         .collect::<anyhow::Result<Vec<_>>>()?;
     let settings = DiversitySettings {
         resamplings: command.resamplings,
@@ -99,7 +102,7 @@ pub(super) fn run(command: &Diversity, common: &Common) -> anyhow::Result<()> {
         format!("{text}\n<!-- Made by {MAKER}. -->\n").as_bytes(),
     )?;
     set.finish()?;
-    if command.json {
+    if common.json {
         print_json(&value)?;
     } else if !common.quiet {
         print(&text);
@@ -112,18 +115,20 @@ pub(super) fn run(command: &Diversity, common: &Common) -> anyhow::Result<()> {
 
 /// Counts the grasps of a file or a landscape.
 fn set(
+    command: &Diversity,
     path: &Path,
     name: &str,
-    group_barrier: Option<f64>,
     common: &Common,
 ) -> anyhow::Result<DiversitySet> {
     let rule = Rule::standard();
     if path.is_dir() {
         let files = input::open_landscape(path)?;
+        let group_barrier = command.groups.group_barrier;
         let counted = DiversitySet::of_landscape(name, &files, path, group_barrier, rule);
         return Ok(counted?);
     }
-    let (file, mut warnings) = input::read(path, None, None)?;
+    let (file, mut warnings) =
+        input::read_lacking(path, command.hand.as_deref(), command.object.as_deref())?;
     // Counting needs no energy.
     warnings.retain(|warning| !warning.contains("energy"));
     if !common.quiet {

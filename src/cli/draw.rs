@@ -10,7 +10,7 @@ use super::args::{Common, GroupBarrier};
 use super::input::open_landscape;
 use super::output::{check_folder, make_folder};
 use super::report::held;
-use crate::cli::printing::complain;
+use crate::cli::printing::{complain, print_wrote};
 use crate::figure::Leaf;
 use crate::store::{FileSet, MinimumRow, read_resampled};
 use crate::study::{
@@ -168,7 +168,7 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
     if !common.quiet {
         complain(&format!("wrote {}", output.display()));
     }
-    Ok(())
+    print_wrote(common, &[&output])
 }
 
 /// The quantities that the flags name.

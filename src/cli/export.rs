@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
+use serde_json::json;
 
 use super::args::{Common, HandAndObject};
 use super::input;
 use super::output::{check_file, check_folder, is_scene};
-use crate::cli::printing::complain;
+use crate::cli::printing::{complain, print_json};
 use crate::figure::Scene;
 use crate::store::exchange::{dexgraspnet_npy, qpos, qpos_csv, qpos_npy, table_csv, table_json};
 use crate::store::{FileSet, GraspFile, GraspRow, HandMetadata, write_atomic};
@@ -90,6 +91,9 @@ pub(super) fn run(command: &Export, common: &Common) -> anyhow::Result<()> {
     };
     if !common.quiet {
         complain(&format!("wrote {written}"));
+    }
+    if common.json {
+        print_json(&json!({ "wrote": [output], "grasps": grasps.len() }))?;
     }
     Ok(())
 }

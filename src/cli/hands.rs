@@ -7,11 +7,12 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::{Args, Subcommand, ValueHint};
 use nalgebra::Vector3;
+use serde_json::{Value, json};
 
 use super::args::Common;
 use super::input;
 use super::output::{check_file, check_place};
-use crate::cli::printing::{complain, print};
+use crate::cli::printing::{complain, print, print_json};
 use crate::figure::{Image, Marker, Scene, Surface, contact_sheet_canvas};
 use crate::hand::{HAND_NAMES, Hand, JointKind, LinkId, PosedHand, Skin};
 use crate::space::{PoseMetric, joints_of_mut};
@@ -83,12 +84,13 @@ const COLOURS: [[u8; 3]; 6] = [
 
 pub(super) fn run(command: &HandsCommand, common: &Common) -> anyhow::Result<()> {
     match command {
-        HandsCommand::List => list(),
+        HandsCommand::List => list(common),
         HandsCommand::Inspect(command) => inspect(command, common),
     }
 }
 
-fn list() -> anyhow::Result<()> {
+fn list(common: &Common) -> anyhow::Result<()> {
+    let mut hands = Vec::new();
     let mut text = format!(
         "{:<24}{:>7}{:>9}{:>9}  digits\n",
         "name", "joints", "points", "capsules"
@@ -103,6 +105,16 @@ fn list() -> anyhow::Result<()> {
             hand.capsules.len(),
             hand.digits[1..].join(", ")
         );
+        hands.push(json!({
+            "name": name,
+            "joints": hand.joints.len(),
+            "points": hand.surface.len(),
+            "capsules": hand.capsules.len(),
+            "digits": hand.digits[1..],
+        }));
+    }
+    if common.json {
+        return print_json(&json!({ "hands": hands }));
     }
     print(&text);
     Ok(())
@@ -145,6 +157,9 @@ fn inspect(command: &HandsInspect, common: &Common) -> anyhow::Result<()> {
     outputs.add(&side_file, files.side_file_of(&hand)?.as_bytes())?;
     outputs.add(&picture, &sheet)?;
     outputs.finish()?;
+    if common.json {
+        print_json(&value(&hand, &[&side_file, &picture]))?;
+    }
     if !common.quiet {
         complain(&format!(
             "wrote {} and {}",
@@ -185,6 +200,59 @@ fn table(hand: &Hand) -> String {
         let _ = writeln!(text, "note: {note}");
     }
     text
+}
+
+/// The JSON document: the quantities of the table, in metres and radians.
+fn value(hand: &Hand, wrote: &[&Path]) -> Value {
+    let links: Vec<Value> = (hand.links.iter().enumerate())
+        .map(|(number, link)| {
+            let part = if hand.is_arm(LinkId(number)) {
+                "arm"
+            } else {
+                hand.digits[link.digit].as_str()
+            };
+            let points = hand.surface.iter().filter(|at| at.link.0 == number);
+            json!({
+                "name": link.name,
+                "part": part,
+                "points": points.clone().count(),
+                "area_m2": points.map(|at| at.area_m2).sum::<f64>(),
+                "capsules": hand.capsules.iter().filter(|capsule| capsule.link.0 == number).count(),
+            })
+        })
+        .collect();
+    let metric = hand.pose_metric();
+    let joints: Vec<Value> = (hand.joints.iter().enumerate())
+        .map(|(number, joint)| {
+            json!({
+                "name": joint.name,
+                "kind": match joint.kind {
+                    JointKind::Hinge => "hinge",
+                    JointKind::Slide => "slide",
+                },
+                "endless": joint.wraps,
+                "limits": joint.limits_rad,
+                "rest": hand.prior.rest_rad[number],
+                "deviation": hand.prior.deviations_rad[number],
+                "lever_m": metric.joint_levers_m[number],
+            })
+        })
+        .collect();
+    let palm = &hand.palm;
+    json!({
+        "name": hand.name,
+        "links": links,
+        "joints": joints,
+        "palm": {
+            "centre_m": palm.centre.as_slice(),
+            "faces": palm.volar.as_slice(),
+            "fingers": palm.distal.as_slice(),
+            "faced_m": palm.faced_m,
+        },
+        "self_pairs": hand.self_pairs.len(),
+        "notes": hand.notes.iter().cloned().chain(expense(hand)).collect::<Vec<_>>(),
+        "wrote": wrote,
+    })
 }
 
 /// Number of capsule pairs above which a hand is called expensive, ten times that of built-in and usual hands.

@@ -5,10 +5,12 @@ use std::path::Path;
 use anyhow::Context;
 
 use super::args::{Common, HandAndObject, within};
-use crate::cli::printing::complain;
-use crate::hand::HandFiles;
+use crate::cli::printing::{complain, explain};
+use crate::hand::{HAND_NAMES, HandFiles};
 use crate::limits::OBJECT_SCALE;
-use crate::store::{GraspFile, HandMetadata, LandscapeFiles, ObjectMetadata, Overrides};
+use crate::store::{
+    GraspFile, HandMetadata, LandscapeFiles, ObjectMetadata, Overrides, StoreError,
+};
 use crate::study::{self, InputError};
 
 /// The files of the hand that a flag names: a built-in hand, or a URDF or MJCF file with an optional JSON side file of the
@@ -28,6 +30,16 @@ pub(super) fn hand(
     mirror: bool,
 ) -> anyhow::Result<HandMetadata> {
     let files = hand_files(flag, folder, mirror)?;
+    explain(|| {
+        let kind = if HAND_NAMES.contains(&flag) {
+            "built-in"
+        } else {
+            "own"
+        };
+        format!(
+            "hand {flag}: {kind}; its palm, digits and joint ranges are derived (`landscape hands inspect {flag}`)"
+        )
+    });
     Ok(study::hand_metadata(flag, &files, mirror)?)
 }
 
@@ -99,14 +111,72 @@ pub(super) fn read(
             None => None,
         },
     };
-    Ok(study::read_grasps(path, overrides)?)
+    let (file, warnings) = study::read_grasps(path, overrides)?;
+    explain(|| {
+        let pairs: Vec<String> = (file.landscapes().iter())
+            .map(|pair| {
+                format!(
+                    "{} of the {} hand on {} at scale {}",
+                    pair.grasps.len(),
+                    pair.hand.name,
+                    pair.object.name,
+                    pair.scale
+                )
+            })
+            .collect();
+        let origin = match (hand_flag, object_flag) {
+            (None, None) => "described in the file",
+            (Some(_), None) => "the hand as --hand says",
+            (None, Some(_)) => "the object as --object says",
+            (Some(_), Some(_)) => "both as --hand and --object say",
+        };
+        format!(
+            "read {} grasps from {} ({}; {origin})",
+            file.grasps.len(),
+            path.display(),
+            pairs.join(", ")
+        )
+    });
+    Ok((file, warnings))
+}
+
+/// Reads a file of grasps, with hand and object from flags if the file does not describe its own.
+pub(super) fn read_lacking(
+    path: &Path,
+    hand_flag: Option<&str>,
+    object_flag: Option<&str>,
+) -> anyhow::Result<(GraspFile, Vec<String>)> {
+    let told = read(path, None, None);
+    let lacks = |error: &anyhow::Error| {
+        matches!(
+            error.downcast_ref(),
+            Some(InputError::Store(StoreError::NoMetadata { .. }))
+        )
+    };
+    match told {
+        Err(error) if lacks(&error) && (hand_flag.is_some() || object_flag.is_some()) => {
+            read(path, hand_flag, object_flag)
+        }
+        told => told,
+    }
 }
 
 /// Reads the landscape in `folder` and shows its warnings.
 pub(super) fn open_landscape(folder: &Path) -> anyhow::Result<LandscapeFiles> {
     let files = LandscapeFiles::read(folder)?;
-    let warning = LandscapeFiles::warning(folder)?;
-    warn(&Vec::from_iter(warning.as_ref().map(ToString::to_string)));
+    explain(|| {
+        let manifest = &files.manifest;
+        format!(
+            "read {} minima and {} connections from {}, made by version {} with `{}`",
+            files.minima.len(),
+            files.edges.len(),
+            folder.display(),
+            manifest.program_version,
+            manifest.command
+        )
+    });
+    let warnings = LandscapeFiles::warnings(folder)?;
+    warn(&warnings.iter().map(ToString::to_string).collect::<Vec<_>>());
     Ok(files)
 }
 

@@ -32,20 +32,29 @@ pub(super) fn keeps(journal: &Path) {
     *JOURNAL.lock().unwrap_or_else(PoisonError::into_inner) = Some(journal.to_path_buf());
 }
 
-/// Message to the user who interrupts.
+/// Exit code after SIGTERM if the same command goes on from the finished tasks: `EX_TEMPFAIL`, "try again". Schedulers of
+/// clusters send this signal before they take the machine away, and can requeue a job that ends with this code.
 #[cfg(unix)]
-fn farewell() -> String {
+const RESUMABLE: i32 = 75;
+
+/// Message to the user who interrupts, and whether the same command goes on from finished tasks.
+#[cfg(unix)]
+fn farewell() -> (String, bool) {
     let journal = JOURNAL.lock().unwrap_or_else(PoisonError::into_inner);
     match journal.as_deref().filter(|path| path.exists()) {
-        Some(journal) => format!(
-            "interrupted: finished tasks are kept in {}; the same command goes on from there (with --fresh it begins anew)",
-            journal.display()
+        Some(journal) => (
+            format!(
+                "interrupted: finished tasks are kept in {}; the same command goes on from there (with --fresh it begins anew)",
+                journal.display()
+            ),
+            true,
         ),
-        None => "interrupted: nothing was written".to_owned(),
+        None => ("interrupted: nothing was written".to_owned(), false),
     }
 }
 
-/// Makes SIGINT and SIGTERM end the process with a message and the exit code that shells expect (128 + signal number).
+/// Makes SIGINT and SIGTERM end the process with a message. The exit code is the one that shells expect (128 + signal
+/// number), except that SIGTERM ends a run that can be continued with 75.
 /// Signals that were ignored at the start (by `nohup`, or for background jobs) stay ignored.
 #[cfg(unix)]
 pub(super) fn watch() {
@@ -63,8 +72,13 @@ pub(super) fn watch() {
     std::thread::spawn(move || {
         if let Some(signal) = signals.forever().next() {
             super::progress::without_bars(|| {
-                super::printing::complain(&farewell());
-                std::process::exit(128 + signal);
+                let (line, resumable) = farewell();
+                super::printing::complain(&line);
+                std::process::exit(if resumable && signal == SIGTERM {
+                    RESUMABLE
+                } else {
+                    128 + signal
+                });
             });
         }
     });

@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
+use serde_json::{Map, Value, json};
 
 use super::args::{Common, HandAndObject};
 use super::input;
 use super::output::check_file;
 use super::run::Watch;
-use crate::cli::printing::{complain, print};
+use crate::cli::printing::{complain, print, print_json};
 use crate::evaluation::taxonomy::{Category, Label, Rule, Taxonomy, Verdict, explain};
 use crate::store::{GraspFile, GraspRow};
 use crate::study::{HumanLabel, Run, given_labels, human_label, label_all, record_labels, tally};
@@ -89,12 +90,18 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
     watch.clear();
 
     if !command.explain.is_empty() {
+        if common.json {
+            return print_json(&json!({ "grasps": explained(&file, &labels, &rule) }));
+        }
         print(&explanations(&file, &labels, &rule));
         return Ok(());
     }
     file.metadata.remade_by(&common.provenance.command, inputs);
     record_labels(&mut file, &labels, &rule);
     file.write(&output)?;
+    if common.json {
+        print_json(&value(&file, &labels, &output))?;
+    }
     if !common.quiet {
         print(&summary(&file, &labels));
         complain(&format!("wrote {}", output.display()));
@@ -161,6 +168,55 @@ fn explanations(file: &GraspFile, labels: &BTreeMap<u64, Label>, rule: &Rule) ->
         text.push('\n');
     }
     text
+}
+
+/// The explanations for the JSON document.
+fn explained(file: &GraspFile, labels: &BTreeMap<u64, Label>, rule: &Rule) -> Vec<Value> {
+    let told = |grasp: &GraspRow| {
+        let label = labels.get(&grasp.id)?;
+        Some(json!({
+            "id": grasp.id,
+            "hand": grasp.hand,
+            "object": grasp.object,
+            "human": grasp.label,
+            "rule": label.text(),
+            "best": label.best_text(),
+            "explanation": explain(label, rule),
+        }))
+    };
+    file.grasps.iter().filter_map(told).collect()
+}
+
+/// The JSON document.
+fn value(file: &GraspFile, labels: &BTreeMap<u64, Label>, output: &Path) -> Value {
+    let counted = Counted(labels);
+    let labelled: Map<String, Value> = tally(labels.values().map(Label::text))
+        .into_iter()
+        .map(|(label, count)| (label, count.into()))
+        .collect();
+    let grasps: Vec<Value> = (file.grasps.iter())
+        .filter_map(|grasp| {
+            let label = labels.get(&grasp.id)?;
+            Some(json!({
+                "id": grasp.id,
+                "human": grasp.label,
+                "rule": label.text(),
+                "best": label.best_text(),
+            }))
+        })
+        .collect();
+    json!({
+        "verdicts": {
+            "one_type": counted.count(|verdict| matches!(verdict, Verdict::Listed(_))),
+            "cell": counted.count(|verdict| matches!(verdict, Verdict::Ambiguous(_))),
+            "category": counted.count(|verdict| matches!(verdict, Verdict::Broad(_))),
+            "unlisted": counted.count(|verdict| *verdict == Verdict::Unlisted),
+            "not_applicable": counted.count(|verdict| matches!(verdict, Verdict::NotApplicable(_))),
+        },
+        "labels": labelled,
+        "grasps": grasps,
+        "wrote": [output],
+    })
 }
 
 /// Number of disagreements that are listed individually.

@@ -1,5 +1,6 @@
 //! The command line. Each subcommand reads, makes one library call, and writes. Data goes to files or standard output, and
-//! progress to standard error. A user's mistake ends with one sentence and exit code 1.
+//! progress to standard error. A user's mistake ends with one sentence and exit code 1, or 2 if the command line cannot be read;
+//! docs/scripts.md lists all exit codes.
 
 use std::borrow::Cow;
 use std::ffi::OsString;
@@ -14,6 +15,7 @@ use crate::printable::printable;
 mod args;
 mod build;
 mod compare;
+mod config;
 mod diff;
 mod diversity;
 mod draw;
@@ -24,6 +26,7 @@ mod input;
 mod inspect;
 mod interruption;
 mod label;
+mod manuals;
 mod object_inspect;
 mod objects;
 mod output;
@@ -41,14 +44,14 @@ mod thermodynamics;
 mod workers;
 
 use args::Common;
-use printing::{OURS, complain, note_failure, sentence, take_failure};
+use printing::{OURS, complain, explain, note_failure, sentence, take_failure};
 use provenance::Provenance;
 pub use run::Watch;
 
 /// Shows how diverse a population of grasps really is: synthesizes grasps by differentiable force closure and maps the
 /// energy landscape between them.
 #[derive(Debug, Parser)]
-#[command(version, propagate_version = true, arg_required_else_help = true, after_help = EXAMPLES)]
+#[command(name = "landscape", version, propagate_version = true, arg_required_else_help = true, after_help = EXAMPLES)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -101,6 +104,9 @@ enum Command {
     /// Compute rates, first-passage times and the fastest pathways between two sets of minima
     #[command(after_help = rates::EXAMPLES)]
     Rates(rates::Rates),
+    /// Print all settings of a command, with comments, as a file for its flag `--config`
+    #[command(after_help = config::EXAMPLES)]
+    Config(config::Config),
     /// Read grasps of other programs, or min.data and ts.data of PATHSAMPLE or topsearch
     #[command(after_help = import::EXAMPLES)]
     Import(import::Import),
@@ -110,6 +116,12 @@ enum Command {
     /// Write grasps for other programs: tables, DexGraspNet, MuJoCo, glTF scenes
     #[command(after_help = export::EXAMPLES)]
     Export(export::Export),
+    /// Print the script with which a shell completes this command line
+    #[command(after_help = manuals::COMPLETIONS)]
+    Completions(manuals::Completions),
+    /// Write a manual page for each command
+    #[command(after_help = manuals::MAN)]
+    Man(manuals::Man),
 }
 
 const EXAMPLES: &str = "\
@@ -198,11 +210,11 @@ fn status(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> u
             let text = error.render().to_string();
             if matches!(printable(&text, OURS), Cow::Owned(_)) {
                 complain(text.trim_end());
-                return FAILURE;
+                return USAGE;
             }
             let printed = error.print().and_then(|()| io::stdout().flush());
             if error.use_stderr() {
-                return FAILURE;
+                return USAGE;
             }
             note_failure(printed);
             return end(Ok(()));
@@ -212,33 +224,48 @@ fn status(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> u
 }
 
 fn execute(arguments: &Arguments) -> anyhow::Result<()> {
-    arguments
-        .common
-        .threads()
-        .and_then(|()| match &arguments.command {
-            Command::Synth(command) => synth::run(command, &arguments.common),
-            Command::Build(command) => build::run(command, &arguments.common),
-            Command::Inspect(command) => inspect::run(command, &arguments.common),
-            Command::Hands(command) => hands::run(&command.command, &arguments.common),
-            Command::Stability(command) => stability::run(command, &arguments.common),
-            Command::Label(command) => label::run(command, &arguments.common),
-            Command::Objects(command) => objects::run(&command.command, &arguments.common),
-            Command::Surface(command) => surface::run(command, &arguments.common),
-            Command::Report(command) => report::run(command, &arguments.common),
-            Command::Draw(command) => draw::run(command, &arguments.common),
-            Command::Compare(command) => compare::run(command, &arguments.common),
-            Command::Diff(command) => diff::run(command, &arguments.common),
-            Command::Diversity(command) => diversity::run(command, &arguments.common),
-            Command::Thermodynamics(command) => thermodynamics::run(command, &arguments.common),
-            Command::Rates(command) => rates::run(command, &arguments.common),
-            Command::Import(command) => import::run(command, &arguments.common),
-            Command::Status(command) => status::run(command),
-            Command::Export(command) => export::run(command, &arguments.common),
-        })
+    let common = &arguments.common;
+    printing::begin(common.json, common.verbose);
+    common.threads().and_then(|()| {
+        explain(|| {
+            format!(
+                "landscape {} on {} threads; files will record this command: {}",
+                env!("CARGO_PKG_VERSION"),
+                rayon::current_num_threads(),
+                common.provenance.command
+            )
+        });
+        match &arguments.command {
+            Command::Synth(command) => synth::run(command, common),
+            Command::Build(command) => build::run(command, common),
+            Command::Inspect(command) => inspect::run(command, common),
+            Command::Hands(command) => hands::run(&command.command, common),
+            Command::Stability(command) => stability::run(command, common),
+            Command::Label(command) => label::run(command, common),
+            Command::Objects(command) => objects::run(&command.command, common),
+            Command::Surface(command) => surface::run(command, common),
+            Command::Report(command) => report::run(command, common),
+            Command::Draw(command) => draw::run(command, common),
+            Command::Compare(command) => compare::run(command, common),
+            Command::Diff(command) => diff::run(command, common),
+            Command::Diversity(command) => diversity::run(command, common),
+            Command::Thermodynamics(command) => thermodynamics::run(command, common),
+            Command::Rates(command) => rates::run(command, common),
+            Command::Config(command) => config::run(command, common),
+            Command::Import(command) => import::run(command, common),
+            Command::Status(command) => status::run(command, common),
+            Command::Export(command) => export::run(command, common),
+            Command::Completions(command) => manuals::completions(command, definition(), common),
+            Command::Man(command) => manuals::man(command, &definition(), common),
+        }
+    })
 }
 
 /// Exit code of a failed command.
 const FAILURE: u8 = 1;
+
+/// Exit code of a command line that cannot be read: unknown flags, missing arguments, values of the wrong kind.
+const USAGE: u8 = 2;
 
 /// Exit code after the reader closed the pipe, as for SIGPIPE.
 const PIPE_CLOSED: u8 = 141;

@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::{Args, ValueHint};
 use nalgebra::Vector3;
+use serde_json::{Value, json};
 
 use super::args::{Common, within};
 use super::output::{check_file, check_place};
 use super::{input, progress};
-use crate::cli::printing::{complain, print};
+use crate::cli::printing::{complain, print, print_json};
 use crate::figure::{Image, Scene, Surface, contact_sheet_canvas};
 use crate::limits::OBJECT_SCALE;
 use crate::object::{Description, FoundSymmetry, Object, find_symmetry};
@@ -104,13 +105,22 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
     let mut outputs = FileSet::default();
     outputs.add(&picture, &sheet)?;
     let mut written = picture.display().to_string();
+    let mut wrote = vec![picture.as_path()];
     if let Some(side_file) = &command.side_file {
-        let description = described(&object, found.symmetry, command.scale.unwrap_or(1.0));
+        let description = described(
+            &object,
+            found.symmetry.clone(),
+            command.scale.unwrap_or(1.0),
+        );
         let text = serde_json::to_string_pretty(&description)? + "\n";
         outputs.add(side_file, text.as_bytes())?;
+        wrote.push(side_file);
         let _ = write!(written, " and {}", side_file.display());
     }
     outputs.finish()?;
+    if common.json {
+        print_json(&value(&object, &found, &notes, &wrote))?;
+    }
     if !common.quiet {
         complain(&format!("wrote {written}"));
     }
@@ -129,6 +139,35 @@ fn described(object: &Object, symmetry: Symmetry, scale: f64) -> Description {
         description.symmetry = of_mesh.scaled(1.0 / scale).symmetry;
     }
     description
+}
+
+/// The JSON document: the quantities of the table, in metres and kilograms.
+fn value(object: &Object, found: &FoundSymmetry, notes: &[String], wrote: &[&Path]) -> Value {
+    let mesh = &object.mesh;
+    let [low, high] = mesh.bounds();
+    let report = object.field_report.as_ref();
+    json!({
+        "name": object.name,
+        "low_m": low.as_slice(),
+        "high_m": high.as_slice(),
+        "triangles": mesh.triangles().len(),
+        "pieces": mesh.piece_count(),
+        "overlapping": mesh.overlaps(),
+        "area_m2": mesh.area_m2(),
+        "volume_m3": mesh.volume(),
+        "mass_kg": object.mass_kg,
+        "mass_given": object.description.mass_kg.is_some(),
+        "centroid_m": object.centroid.as_slice(),
+        "radius_m": object.radius_m,
+        "thin_share": object.thin_share,
+        "field_cell_m": report.map(|report| report.cell_m),
+        "field_error_m": report.map(|report| report.max_error_m),
+        "symmetry_declared": told(&object.symmetry),
+        "symmetry_found": told(&found.symmetry),
+        "symmetry_deviation_m": found.deviation_m,
+        "notes": notes,
+        "wrote": wrote,
+    })
 }
 
 /// Text table of the derived quantities.

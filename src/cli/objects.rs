@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::{Args, Subcommand};
+use nalgebra::Vector3;
+use serde_json::json;
 
 use super::args::{Common, within};
 use super::object_inspect;
 use super::output::check_file;
-use crate::cli::printing::{complain, print};
+use crate::cli::printing::{complain, print, print_json};
 use crate::figure::MAKER;
 use crate::limits::OBJECT_SCALE;
 use crate::object::neural::{
@@ -79,13 +81,14 @@ the script in docs/neural_objects.md.";
 
 pub(super) fn run(command: &ObjectsCommand, common: &Common) -> anyhow::Result<()> {
     match command {
-        ObjectsCommand::List => list(),
+        ObjectsCommand::List => list(common),
         ObjectsCommand::Bake(command) => bake(command, common),
         ObjectsCommand::Inspect(command) => object_inspect::run(command, common),
     }
 }
 
-fn list() -> anyhow::Result<()> {
+fn list(common: &Common) -> anyhow::Result<()> {
+    let mut objects = Vec::new();
     let mut text = format!(
         "{:<18}{:>18}{:>10}  symmetry\n",
         "name", "size, mm", "mass, kg"
@@ -106,6 +109,15 @@ fn list() -> anyhow::Result<()> {
             Symmetry::Finite(motions) => format!("{} motions", motions.len()),
         };
         let _ = writeln!(text, "{name:<18}{size:>18}{mass:>10}  {symmetry}");
+        objects.push(json!({
+            "name": name,
+            "size_m": (high - low).as_slice(),
+            "mass_kg": description.mass_kg,
+            "symmetry": symmetry,
+        }));
+    }
+    if common.json {
+        return print_json(&json!({ "objects": objects }));
     }
     print(&text);
     Ok(())
@@ -172,6 +184,20 @@ fn bake(command: &Bake, common: &Common) -> anyhow::Result<()> {
     ));
     // Loads the object like `--object`, so that its field is in the cache afterwards.
     let object = Object::load(&command.output)?;
+    if common.json {
+        let report = object.field_report.as_ref();
+        print_json(&json!({
+            "name": object.name,
+            "size_m": size(&surface).as_slice(),
+            "mass_kg": object.mass_kg,
+            "triangles": surface.mesh.triangles().len(),
+            "network_at_vertices_m": surface.residual_m,
+            "left_out": surface.crumbs,
+            "field_cell_m": report.map(|report| report.cell_m),
+            "field_error_m": report.map(|report| report.max_error_m),
+            "wrote": [&command.output],
+        }))?;
+    }
     if !common.quiet {
         print(&summary(&surface, &object));
     }
@@ -201,9 +227,14 @@ fn read(command: &Bake) -> anyhow::Result<NeuralField<f32>> {
     )?)
 }
 
-fn summary(surface: &Surface, object: &Object) -> String {
+/// Lengths of the sides of a surface, metres.
+fn size(surface: &Surface) -> Vector3<f64> {
     let [low, high] = surface.mesh.bounds();
-    let size = (high - low).map(|side| format!("{:.1}", 1e3 * side));
+    high - low
+}
+
+fn summary(surface: &Surface, object: &Object) -> String {
+    let size = size(surface).map(|side| format!("{:.1}", 1e3 * side));
     let mut text = format!(
         "size                 {} mm\nmass                 {:.3} kg at 500 kg/m³\ntriangles            {}\n\
          network at vertices  {:.4} mm at most\n",

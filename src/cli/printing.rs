@@ -1,11 +1,16 @@
 //! What the command line prints: texts to standard output, lines for the person at the terminal to standard error.
 
 use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use serde::Serialize;
+use serde_json::{Value, json};
 
+use super::args::Common;
 use crate::printable::{self, printable, printable_json};
+use crate::store::LandscapeFiles;
 
 /// Control characters in the program's own text. All others come from files.
 pub(super) const OURS: &[char] = &['\n', '\t'];
@@ -23,6 +28,25 @@ pub(super) fn shown(text: &str) -> String {
 /// Writes a line to standard error. A closed terminal is ignored.
 pub(super) fn complain(line: &str) {
     let _ = writeln!(io::stderr(), "{}", printable(line, OURS));
+}
+
+/// Whether standard output holds one JSON document instead of texts (`--json`).
+static AS_JSON: AtomicBool = AtomicBool::new(false);
+
+/// Whether standard error also says what is done, and why (`--verbose`).
+static VERBOSE: AtomicBool = AtomicBool::new(false);
+
+/// Sets what is printed by the command that begins.
+pub(super) fn begin(json: bool, verbose: bool) {
+    AS_JSON.store(json, Ordering::Relaxed);
+    VERBOSE.store(verbose, Ordering::Relaxed);
+}
+
+/// Writes a line about what is being done to standard error, if the user wants to know (`--verbose`).
+pub(super) fn explain(line: impl FnOnce() -> String) {
+    if VERBOSE.load(Ordering::Relaxed) {
+        complain(&line());
+    }
 }
 
 /// The first error of standard output. It affects only the exit code, after all files are written.
@@ -47,7 +71,14 @@ pub(super) fn taking<T>(work: impl FnOnce() -> T) -> (T, String) {
     (done, text)
 }
 
+/// Prints a text to standard output, unless this is to hold a JSON document.
 pub(super) fn print(text: &str) {
+    if !AS_JSON.load(Ordering::Relaxed) {
+        put(text);
+    }
+}
+
+fn put(text: &str) {
     let text = printable(text.trim_end(), OURS);
     if let Some(taken) = &mut *TAKEN.lock().unwrap_or_else(PoisonError::into_inner) {
         taken.push_str(&text);
@@ -65,10 +96,38 @@ pub(super) fn take_failure() -> Option<io::Error> {
     first.take()
 }
 
-/// Prints a JSON document to standard output.
+/// Prints a JSON document to standard output. docs/scripts.md describes the documents of all commands.
 pub(super) fn print_json(document: &impl Serialize) -> anyhow::Result<()> {
-    print(&printable_json(&serde_json::to_string_pretty(document)?));
+    put(&printable_json(&serde_json::to_string_pretty(document)?));
     Ok(())
+}
+
+/// Prints the paths of what was written as JSON, if a JSON document is wanted. For commands that have nothing else to tell.
+pub(super) fn print_wrote(common: &Common, paths: &[&Path]) -> anyhow::Result<()> {
+    if common.json {
+        print_json(&json!({ "wrote": paths }))?;
+    }
+    Ok(())
+}
+
+/// Prints what JSON documents tell of finished landscapes, if one is wanted. The rest is in their landscape.json.
+pub(super) fn print_landscapes(common: &Common, folders: &[PathBuf]) -> anyhow::Result<()> {
+    if !common.json {
+        return Ok(());
+    }
+    let told = |folder: &PathBuf| {
+        let manifest = LandscapeFiles::read(folder)?.manifest;
+        Ok(json!({
+            "folder": folder,
+            "counts": manifest.counts,
+            "evidence": manifest.evidence,
+            "group_barrier": manifest.group_barrier,
+            "letting_go": manifest.letting_go,
+            "warnings": manifest.warnings,
+        }))
+    };
+    let landscapes: Vec<Value> = folders.iter().map(told).collect::<anyhow::Result<_>>()?;
+    print_json(&json!({ "landscapes": landscapes }))
 }
 
 #[cfg(test)]

@@ -18,9 +18,11 @@ use crate::store::{Source, content_hash};
 
 /// Arguments that change no byte of what is written: speed, verbosity, patience, overwriting, resuming, names, and whether
 /// there is a page and it is opened.
-const WITHOUT_TRACE: [&str; 9] = [
+const WITHOUT_TRACE: [&str; 11] = [
     "threads",
     "quiet",
+    "json",
+    "verbose",
     "force",
     "answer_seconds",
     "resume",

@@ -44,9 +44,6 @@ pub(super) struct Rates {
     /// Write NAME.md, NAME.json, and an Arrhenius plot NAME.svg and NAME.png.
     #[arg(long, short, value_name = "NAME")]
     output: Option<PathBuf>,
-    /// Print everything as JSON (logarithms of rates), instead of the tables.
-    #[arg(long)]
-    json: bool,
     #[command(flatten)]
     groups: GroupBarrier,
 }
@@ -119,7 +116,7 @@ pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
         set.add(report, text.as_bytes())?;
         set.finish()?;
     }
-    if command.json {
+    if common.json {
         print_json(&value)?;
     } else if !common.quiet {
         print(&text);

@@ -13,11 +13,9 @@ use super::input::{self, open_landscape};
 use super::output::check_file;
 use super::provenance::name_of;
 use super::run::Watch;
-use crate::cli::printing::complain;
+use crate::cli::printing::{complain, print_wrote};
 use crate::evaluation::taxonomy::Rule;
-use crate::store::{
-    AtomicFolder, GraspFile, LandscapeFiles, Overrides, read_resampled, write_atomic,
-};
+use crate::store::{AtomicFolder, GraspFile, LandscapeFiles, read_resampled, write_atomic};
 use crate::study::{PageGrasps, PageLandscape, Run, grasp_page, label_all, landscape_page};
 
 /// Name of the page in the folder of a landscape.
@@ -87,6 +85,7 @@ pub(super) fn run(command: &Report, common: &Common) -> anyhow::Result<()> {
     if !common.quiet {
         complain(&format!("wrote {}", output.display()));
     }
+    print_wrote(common, &[&output])?;
     if command.open {
         open(&output)?;
     }
@@ -171,10 +170,7 @@ impl Opened {
 
 /// Whether each simulated grasp of a file held, by id.
 pub(super) fn held(path: &Path) -> anyhow::Result<BTreeMap<u64, bool>> {
-    let (file, _) = GraspFile::read(path, Overrides::default())?;
-    let held: BTreeMap<u64, bool> = (file.grasps.iter())
-        .filter_map(|grasp| Some((grasp.id, grasp.stable?)))
-        .collect();
+    let held = GraspFile::outcomes(path)?;
     ensure!(
         !held.is_empty(),
         "--stability {}: no grasp was simulated: run `landscape stability` on it first",

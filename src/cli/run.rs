@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use super::args::Again;
+use super::args::{Again, Common};
 use super::{interruption, progress};
-use crate::cli::printing::{complain, print};
+use crate::cli::printing::{complain, explain, print, print_json};
 use crate::store::{
     AtomicFolder, Journal, Machine, Phase as Timing, StoreError, Timings, Worker, WorkersJournal,
 };
@@ -146,10 +146,14 @@ pub(super) fn end_worker(
     watch: &Watch,
     worker: Worker,
     output: &Path,
-) -> Result<(), StoreError> {
+    common: &Common,
+) -> anyhow::Result<()> {
     watch.clear();
     let tasks = journal.len();
     journal.end()?;
+    if common.json {
+        print_json(&serde_json::json!({ "worker": worker, "finished_tasks": tasks }))?;
+    }
     if !watch.quiet {
         complain(&format!(
             "worker {worker}: all {tasks} tasks are finished; the same command without --worker writes {}",
@@ -161,6 +165,12 @@ pub(super) fn end_worker(
 
 /// Tells what the journals already contain.
 fn tell(journal: &WorkersJournal, path: &Path, quiet: bool) {
+    explain(|| {
+        format!(
+            "finished tasks are kept in {}, so that the same command continues after an interruption",
+            path.display()
+        )
+    });
     if quiet {
         return;
     }
@@ -240,10 +250,9 @@ impl Watch {
             if let Some((_, old)) = bar.take() {
                 old.finish_and_clear();
             }
-            *bar = Some((
-                news.phase,
-                progress::bar(news.phase.name(), total, self.quiet),
-            ));
+            let what = news.phase.name();
+            explain(|| format!("{what}: {total} tasks"));
+            *bar = Some((news.phase, progress::bar(what, total, self.quiet)));
         }
         if let Some((_, bar)) = bar.as_ref() {
             bar.set_position(news.done as u64);
@@ -263,9 +272,13 @@ impl Watch {
         self.clear();
         let mut phases = self.phases.lock().unwrap_or_else(PoisonError::into_inner);
         let before: f64 = phases.iter().map(|phase| phase.seconds).sum();
+        let seconds = self.started.elapsed().as_secs_f64() - before;
+        explain(|| {
+            format!("stage {name} ended after {seconds:.1} s and {evaluations} evaluations")
+        });
         phases.push(Timing {
             name: name.to_owned(),
-            seconds: self.started.elapsed().as_secs_f64() - before,
+            seconds,
             evaluations: evaluations as u64,
         });
     }

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
+use serde_json::{Map, Value, json};
 
 use super::args::{Again, Common, HandAndObject};
 use super::input;
 use super::output::check_file;
 use super::run::{Watch, end_worker, journal_beside, open_journal, open_worker, stoppable};
 use super::workers::Share;
-use crate::cli::printing::{complain, print};
+use crate::cli::printing::{complain, explain, print, print_json};
 use crate::evaluation::stability::{Drop, Protocol, SixDirections};
 use crate::study::{ObjectFit, Run, Simulation, simulate_all, simulation_fingerprint, tally};
 
@@ -52,6 +53,17 @@ pub(super) enum ProtocolName {
     SixDirectionsRigid,
 }
 
+impl ProtocolName {
+    /// The protocol with its standard numbers.
+    pub(super) fn numbers(self) -> Protocol {
+        match self {
+            Self::Drop => Protocol::Drop(Drop::default()),
+            Self::SixDirections => Protocol::SixDirections(SixDirections::default()),
+            Self::SixDirectionsRigid => Protocol::SixDirections(SixDirections::rigid()),
+        }
+    }
+}
+
 pub(super) const EXAMPLES: &str = "\
 Examples:
   landscape stability grasps.parquet                       grasps.stability.parquet: the same with a column `stable`
@@ -79,6 +91,9 @@ given again.";
 pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     let protocol = protocol(command)?;
     if command.print_protocol {
+        if common.json {
+            return print_json(&protocol);
+        }
         print(&toml::to_string(&protocol)?);
         return Ok(());
     }
@@ -101,6 +116,13 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
         }
         None => open_journal(&output, &fingerprint, &command.again, common.quiet)?,
     };
+    explain(|| {
+        let origin = match &command.settings {
+            Some(path) => format!("from {}", path.display()),
+            None => "with its standard numbers (--print-protocol lists them)".to_owned(),
+        };
+        format!("each grasp is simulated by itself with this protocol, {origin}: {protocol:?}")
+    });
     let watch = Watch::new(common.quiet);
     let run = Run {
         journal: &stoppable(&journal),
@@ -110,13 +132,16 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     };
     let found = simulate_all(&file, &protocol, &run)?;
     if let Some(worker) = worker {
-        return Ok(end_worker(journal, &watch, worker, &output)?);
+        return end_worker(journal, &watch, worker, &output, common);
     }
     watch.clear();
     file.metadata.remade_by(&common.provenance.command, inputs);
     found.record(&mut file, &protocol);
     file.write(&output)?;
     journal.remove()?;
+    if common.json {
+        print_json(&value(&found, &protocol, &output))?;
+    }
     if !common.quiet {
         print(&summary(&found));
         complain(&format!("wrote {}", output.display()));
@@ -126,11 +151,7 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
 
 fn protocol(command: &Stability) -> anyhow::Result<Protocol> {
     let Some(path) = &command.settings else {
-        return Ok(match command.protocol {
-            ProtocolName::Drop => Protocol::Drop(Drop::default()),
-            ProtocolName::SixDirections => Protocol::SixDirections(SixDirections::default()),
-            ProtocolName::SixDirectionsRigid => Protocol::SixDirections(SixDirections::rigid()),
-        });
+        return Ok(command.protocol.numbers());
     };
     let text = std::fs::read_to_string(path)
         .with_context(|| format!("--settings: cannot read {}", path.display()))?;
@@ -140,6 +161,24 @@ fn protocol(command: &Stability) -> anyhow::Result<Protocol> {
         .validate()
         .with_context(|| path.display().to_string())?;
     Ok(protocol)
+}
+
+/// The JSON document.
+fn value(found: &Simulation, protocol: &Protocol, output: &Path) -> Value {
+    let reasons = found.outcomes.iter();
+    let reasons: Map<String, Value> = tally(reasons.map(|(_, outcome)| outcome.reason.name()))
+        .into_iter()
+        .map(|(reason, count)| (reason, count.into()))
+        .collect();
+    json!({
+        "grasps": found.outcomes.len(),
+        "stable": found.stable(),
+        "reasons": reasons,
+        "objects": found.fits,
+        "protocol": protocol,
+        "seconds": found.seconds,
+        "wrote": [output],
+    })
 }
 
 fn summary(found: &Simulation) -> String {

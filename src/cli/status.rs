@@ -2,10 +2,12 @@
 
 use std::fmt::Write;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::Args;
 
-use super::printing::print;
+use super::args::Common;
+use super::printing::{print, print_json};
 use crate::store::{RunStatus, WorkerState};
 
 /// Show how far an unfinished run is.
@@ -15,9 +17,6 @@ pub(super) struct Status {
     /// yet.
     #[arg(value_name = "OUTPUT")]
     output: PathBuf,
-    /// Print JSON.
-    #[arg(long)]
-    json: bool,
 }
 
 pub(super) const EXAMPLES: &str = "\
@@ -28,7 +27,7 @@ Examples:
 Reads the journals of the run (OUTPUT.partial, and OUTPUT.workers of --worker) and changes nothing. A worker is `at work`,
 has `ended` because nothing was left for it, or is `gone`: it was killed, and others take over its tasks.";
 
-pub(super) fn run(command: &Status) -> anyhow::Result<()> {
+pub(super) fn run(command: &Status, common: &Common) -> anyhow::Result<()> {
     // A user may name the journal's folder instead.
     let text = command.output.to_string_lossy();
     let text = text.trim_end_matches('/');
@@ -43,26 +42,21 @@ pub(super) fn run(command: &Status) -> anyhow::Result<()> {
             "there is no {} and no journal of a run that writes it",
             output.display()
         );
-        if command.json {
-            print(&format!(
-                "{:#}\n",
-                serde_json::json!({ "output": output, "finished": true })
-            ));
-        } else {
-            print(&format!(
-                "{} is finished: no run that writes it has left a journal\n",
-                output.display()
-            ));
+        if common.json {
+            return print_json(&serde_json::json!({ "output": output, "finished": true }));
         }
+        print(&format!(
+            "{} is finished: no run that writes it has left a journal\n",
+            output.display()
+        ));
         return Ok(());
     };
-    if command.json {
+    if common.json {
         let mut value = serde_json::to_value(&status)?;
         value["finished"] = false.into();
-        print(&format!("{value:#}\n"));
-    } else {
-        print(&told(&status));
+        return print_json(&value);
     }
+    print(&told(&status));
     Ok(())
 }
 
@@ -124,7 +118,8 @@ fn told(status: &RunStatus) -> String {
 
 /// A duration in the largest units that tell it.
 fn time(seconds: f64) -> String {
-    match seconds.round() as u64 {
+    let seconds = Duration::try_from_secs_f64(seconds.round()).unwrap_or_default();
+    match seconds.as_secs() {
         seconds @ 0..120 => format!("{seconds} s"),
         seconds @ 120..7200 => format!("{} min", seconds / 60),
         seconds => format!("{} h {} min", seconds / 3600, seconds / 60 % 60),

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use anyhow::Context;
 use clap::{Args, ValueHint};
+use serde_json::{Map, Value, json};
 
 use super::args::{Again, Common, within};
 use super::hands::expense;
@@ -13,7 +14,7 @@ use super::input;
 use super::output::check_file;
 use super::run::{Watch, end_worker, journal_beside, open_journal, open_worker, stoppable};
 use super::workers::Share;
-use crate::cli::printing::{complain, print};
+use crate::cli::printing::{complain, explain, print, print_json};
 use crate::evaluation::Diversity;
 use crate::evaluation::stability::{Drop, Protocol};
 use crate::grasp::synthesis::{Refinement, Sampler};
@@ -171,6 +172,18 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         );
         input::warn(&Vec::from_iter(expense(energy.hand())));
     }
+    explain(|| {
+        let chosen = match &command.config {
+            Some(path) => format!("from {}", path.display()),
+            None => format!("the preset {}", command.preset),
+        };
+        let synthesis = &settings.experiment.synthesis;
+        format!(
+            "energy and sampler are {chosen}; each of {} chains makes up to {} attempts in {} steps and is kept if it passes \
+             the filter `{:?}`",
+            settings.chains, synthesis.attempts, synthesis.steps, settings.keep
+        )
+    });
     let fingerprint = origin.fingerprint(&energy, &settings)?;
     if let Some(worker) = command.share.worker()? {
         let (output, quiet) = (&command.output, common.quiet);
@@ -184,7 +197,7 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
             ..Run::default()
         };
         synthesize_chains(&energy, &origin, &settings, &run)?;
-        return Ok(end_worker(journal, &watch, worker, output)?);
+        return end_worker(journal, &watch, worker, output, common);
     }
     let journal = open_journal(&command.output, &fingerprint, &command.again, common.quiet)?;
     let resumed = journal.len();
@@ -196,8 +209,10 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     };
     let found = synthesize_population(&energy, &origin, &settings, &run)?;
     watch.clear();
+    let seconds = started.elapsed().as_secs_f64();
+    let mut told = value(&found, seconds);
     if !common.quiet {
-        let seconds = (resumed == 0).then(|| started.elapsed().as_secs_f64());
+        let seconds = (resumed == 0).then_some(seconds);
         let mut text = summary(&energy, &found, seconds);
         if settings.keep == Keep::Strict && energy.settings().layer.is_none() {
             text += ADVICE;
@@ -222,17 +237,28 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     journal.remove()?;
     if !common.quiet {
         complain(&format!("wrote {}", command.output.display()));
-        drop_sample(&file, command.drop);
+    }
+    let dropped = if common.quiet && !common.json {
+        None
+    } else {
+        drop_sample(&file, command.drop, common.quiet)
+    };
+    if common.json {
+        told["dropped"] = dropped.map(|(dropped, _)| dropped).into();
+        told["held"] = dropped.map(|(_, held)| held).into();
+        told["wrote"] = json!([command.output]);
+        print_json(&told)?;
     }
     Ok(())
 }
 
-/// Prints how many of at most `most` grasps hold in the drop test. The file is written already, so nothing fails here.
-fn drop_sample(file: &GraspFile, most: usize) {
+/// Prints how many of at most `most` grasps hold in the drop test, and returns how many were dropped and how many of them
+/// held. The file is written already, so nothing fails here.
+fn drop_sample(file: &GraspFile, most: usize, quiet: bool) -> Option<(usize, usize)> {
     if most == 0 {
-        return;
+        return None;
     }
-    let watch = Watch::new(false);
+    let watch = Watch::new(quiet);
     let run = Run {
         observer: &|news| watch.see(news),
         ..Run::default()
@@ -240,12 +266,15 @@ fn drop_sample(file: &GraspFile, most: usize) {
     let found = simulate_sample(file, &Protocol::Drop(Drop::default()), most, &run);
     watch.clear();
     match found {
-        Ok(found) => print(&format!(
-            "hold when dropped    {} of {}\n",
-            found.stable(),
-            found.outcomes.len()
-        )),
-        Err(error) => complain(&format!("the grasps were not dropped: {error}")),
+        Ok(found) => {
+            let (held, dropped) = (found.stable(), found.outcomes.len());
+            print(&format!("hold when dropped    {held} of {dropped}\n"));
+            Some((dropped, held))
+        }
+        Err(error) => {
+            complain(&format!("the grasps were not dropped: {error}"));
+            None
+        }
     }
 }
 
@@ -342,6 +371,43 @@ fn settings(command: &Synth, common: &Common) -> anyhow::Result<PopulationSettin
     })
 }
 
+/// The JSON document without what is known only after the file is written.
+fn value(found: &Synthesis, seconds: f64) -> Value {
+    let chains = &found.chains;
+    let count = |test: fn(&Judgement) -> bool| chains.iter().filter(|(_, j)| test(j)).count();
+    let refused: Map<String, Value> = reasons(found)
+        .into_iter()
+        .map(|(reason, count)| (reason.to_owned(), count.into()))
+        .collect();
+    json!({
+        "chains": chains.len(),
+        "strict": count(Judgement::passes_strict),
+        "published": count(Judgement::passes_published),
+        "released": count(Judgement::passes_released),
+        "refused": refused,
+        "kept": found.grasps.len(),
+        "evaluations": chains.iter().map(|(end, _)| end.evaluations).sum::<u64>(),
+        "seconds": seconds,
+    })
+}
+
+/// Why chains fail the strict filter, with their numbers, most frequent first.
+fn reasons(found: &Synthesis) -> Vec<(&str, usize)> {
+    let mut reasons: Vec<(&str, usize)> = Vec::new();
+    for reason in found
+        .chains
+        .iter()
+        .filter_map(|(_, j)| j.strict_objection())
+    {
+        match reasons.iter_mut().find(|(known, _)| *known == reason) {
+            Some((_, count)) => *count += 1,
+            None => reasons.push((reason, 1)),
+        }
+    }
+    reasons.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    reasons
+}
+
 /// The yield of a run that took `seconds`, if it did all chains itself.
 fn summary(energy: &GraspEnergy, found: &Synthesis, seconds: Option<f64>) -> String {
     let (chains, kept) = (&found.chains, found.grasps.len());
@@ -365,15 +431,7 @@ fn summary(energy: &GraspEnergy, found: &Synthesis, seconds: Option<f64>) -> Str
             format!(" in {seconds:.0} s ({each:.1} µs each)")
         }),
     );
-    let mut reasons: Vec<(&str, usize)> = Vec::new();
-    for reason in chains.iter().filter_map(|(_, j)| j.strict_objection()) {
-        match reasons.iter_mut().find(|(known, _)| *known == reason) {
-            Some((_, count)) => *count += 1,
-            None => reasons.push((reason, 1)),
-        }
-    }
-    reasons.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
-    for (reason, count) in reasons {
+    for (reason, count) in reasons(found) {
         let _ = writeln!(text, "  refused for {reason}: {count}");
     }
     let strict = chains

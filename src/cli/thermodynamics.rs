@@ -31,9 +31,6 @@ pub(super) struct Thermodynamics {
     /// the deepest merge of the tree, where the main funnels are apart.
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     level: Option<f64>,
-    /// Print everything as JSON, instead of the summary.
-    #[arg(long)]
-    json: bool,
     #[command(flatten)]
     groups: GroupBarrier,
 }
@@ -83,7 +80,7 @@ pub(super) fn run(command: &Thermodynamics, common: &Common) -> anyhow::Result<(
     let mut files = FileSet::default();
     let text = found.write(&mut |name, bytes| files.add(&output.join(name), bytes))?;
     files.finish()?;
-    if command.json {
+    if common.json {
         print_json(&found.to_json())?;
     } else if !common.quiet {
         print(&text);

@@ -9,6 +9,10 @@ use crate::store::Worker;
 /// Sharing a run among processes.
 #[derive(Debug, Args)]
 pub(super) struct Share {
+    #[expect(
+        clippy::doc_markdown,
+        reason = "the text is a help, where names are not code"
+    )]
     /// Do the share of worker I of N, from 1/N to N/N, and write a journal only, in the folder OUTPUT.workers. Any number
     /// of workers may run at a time, on any machines that see the folder; each takes over what others leave. The same
     /// command without this flag joins the journals, does what is missing and writes the output. `auto` takes number and
@@ -47,13 +51,13 @@ impl FromStr for WorkerName {
         };
         let (number, count) = match text.split_once('/') {
             None => (text, None),
-            Some((number, count)) => (number, Some(count.parse().map_err(|_| help())?)),
+            Some((number, count)) => (number, Some(count.parse().map_err(|_not_a_number| help())?)),
         };
         let number = match (number, count) {
             ("auto", _) => None,
             (_, None) => return Err(help()),
             (number, Some(count)) => {
-                let number: usize = number.parse().map_err(|_| help())?;
+                let number: usize = number.parse().map_err(|_not_a_number| help())?;
                 if !(1..=count).contains(&number) {
                     return Err(format!(
                         "there is no worker {number} of {count}: workers are counted from 1/{count} to {count}/{count}"
@@ -79,7 +83,12 @@ impl WorkerName {
         let read = |name: &str| {
             let value = environment(name)?;
             let told = || anyhow::anyhow!("{name}: `{value}` is not the number of a task");
-            Some(value.trim().parse::<usize>().map_err(|_| told()))
+            Some(
+                value
+                    .trim()
+                    .parse::<usize>()
+                    .map_err(|_not_a_number| told()),
+            )
         };
         if let (Some(number), Some(count)) = (self.number, self.count) {
             return Ok(Worker { number, count });

@@ -21,6 +21,9 @@ use super::sum;
 /// Parquet metadata key for the metadata of this program.
 pub(super) const KEY: &str = "landscape";
 
+/// Key under which pandas keeps the attributes of a data frame, a JSON object, in Arrow's copy of the schema.
+pub(super) const ATTRIBUTES: &str = "PANDAS_ATTRS";
+
 /// A table to be written.
 #[derive(Default)]
 pub(super) struct Columns {
@@ -163,7 +166,7 @@ impl Columns {
     }
 
     /// The table as a Parquet file. Equal content gives equal bytes.
-    pub(super) fn encode(self, path: &Path, metadata: String) -> Result<Vec<u8>, StoreError> {
+    pub(super) fn encode(self, path: &Path, metadata: &str) -> Result<Vec<u8>, StoreError> {
         if let Some((row, fault)) = self.fault {
             return Err(StoreError::Row {
                 path: path.to_path_buf(),
@@ -175,13 +178,15 @@ impl Columns {
             .set_compression(Compression::SNAPPY)
             .set_created_by(format!("{}{}", sum::WRITER, env!("CARGO_PKG_VERSION")))
             .set_key_value_metadata(Some(vec![
-                KeyValue::new(KEY.to_owned(), metadata.clone()),
+                KeyValue::new(KEY.to_owned(), metadata.to_owned()),
                 // The checksum is not in the schema. Programs that rewrite the table would copy it, and it would not fit.
                 KeyValue::new(sum::KEY.to_owned(), sum::PLACE.to_owned()),
             ]))
             .build();
-        // The metadata are also in Arrow's copy of the schema, because pyarrow keeps no others if that copy exists.
-        let metadata = HashMap::from([(KEY.to_owned(), metadata)]);
+        // The metadata are also in Arrow's copy of the schema, because pyarrow keeps no others if that copy exists. There they
+        // are an attribute of a data frame, because pandas keeps nothing else. One copy serves both: it is large.
+        let metadata =
+            HashMap::from([(ATTRIBUTES.to_owned(), format!("{{\"{KEY}\":{metadata}}}"))]);
         let schema = Arc::new(Schema::new(self.fields).with_metadata(metadata));
         let batch = RecordBatch::try_new(Arc::clone(&schema), self.arrays)
             .expect("columns have one length and their own type");

@@ -54,7 +54,7 @@ pub enum StoreError {
     },
     /// The decoder of this compression is not built in.
     #[error(
-        "{path} is compressed with {codec}, which is not supported: write it with snappy or without compression"
+        "{path} is compressed with {codec}, which is not supported: write it with snappy, zstd, gzip, lz4, brotli or without compression"
     )]
     Compression {
         /// The file.
@@ -65,7 +65,7 @@ pub enum StoreError {
     /// A Parquet file does not describe its hand or object.
     #[error(
         "{path} does not describe its {missing}: it was not written by landscape, or its metadata were lost when another \
-         program rewrote it; give {flags} (columns and units are listed in the documentation of grasps.parquet)"
+         program rewrote it, as polars and DuckDB do; give {flags}{named} (columns and units are listed in the documentation of grasps.parquet)"
     )]
     NoMetadata {
         /// The file.
@@ -74,6 +74,8 @@ pub enum StoreError {
         missing: &'static str,
         /// The flags that give the missing data.
         flags: &'static str,
+        /// The names in its rows, in brackets after a space; empty if the rows name nothing.
+        named: String,
     },
     /// The metadata are contradictory or were not written by this program.
     #[error("the `landscape` metadata of {path} cannot be used: {reason}")]
@@ -348,6 +350,17 @@ pub enum Warning {
          not checked"
     )]
     NoChecksums(PathBuf),
+    /// The file has more than this version of the program knows, from a newer version or another program.
+    #[error(
+        "{path} holds what this version does not know and does not keep: {}",
+        list(unknown.iter().map(String::as_str))
+    )]
+    Unknown {
+        /// The file or the folder.
+        path: PathBuf,
+        /// Names of columns, and entries of the metadata with a dot between nested names.
+        unknown: Vec<String>,
+    },
     /// The given object is not the one that the file describes.
     #[error(
         "object `{given}` replaces object `{told}` as the file describes it: labels and outcomes of simulations are \

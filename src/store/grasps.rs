@@ -29,8 +29,8 @@
 //! | `source`? | string | origin of the grasp; absent: empty |
 //! | `chain_seed`?, `chain_step`? | uint64 | the chain and step that found it; absent: 0 |
 //!
-//! `?` may be absent, `∅` may be null; other columns are ignored. Narrower numbers, lists of any kind and categorical
-//! strings are accepted, so a table may pass through other tools (polars needs `compression="snappy"`):
+//! `?` may be absent, `∅` may be null; other columns are ignored, with a warning. Narrower numbers, lists of any kind,
+//! categorical strings and every usual compression are accepted, so a table may pass through other tools:
 //!
 //! ```python
 //! pandas.read_parquet("grasps.parquet")
@@ -39,9 +39,10 @@
 //! about = pyarrow.parquet.read_metadata("grasps.parquet").metadata[b"landscape"]   # JSON: hand, object, settings
 //! ```
 //!
-//! pyarrow keeps the metadata when it filters a table and writes it back. pandas, polars and `DuckDB` drop them. In that
-//! case, restore them with pyarrow, `table.replace_schema_metadata({"landscape": about})`, or name hand and object again
-//! when the file is read ([`Overrides`]).
+//! pyarrow and pandas keep the metadata when they filter a table and write it back; in pandas they are
+//! `frame.attrs["landscape"]`. polars and `DuckDB` drop them. In that case, restore them with pyarrow,
+//! `table.replace_schema_metadata({"landscape": about})`, or name hand and object again when the file is read
+//! ([`Overrides`]).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -52,7 +53,7 @@ use super::error::{Fault, StoreError, Warning, list};
 use super::metadata::{HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION};
 use super::quaternion::canonical;
 use super::row::{self, Column, columns};
-use super::table::{FLOAT, INDICES, Kind, TEXT, Table, VECTOR, WHOLE};
+use super::table::{FLAG, FLOAT, INDICES, Kind, TEXT, Table, VECTOR, WHOLE};
 use crate::grasp::Grasp;
 use crate::space::Pose;
 
@@ -176,12 +177,29 @@ impl GraspFile {
         Ok((file, warnings))
     }
 
+    /// Whether each simulated grasp of a file held, by id. Nothing else of the file is read, so that it need not describe its
+    /// hand and object.
+    ///
+    /// # Errors
+    /// If the file is no table, or a value has the wrong type.
+    pub fn outcomes(path: &Path) -> Result<BTreeMap<u64, bool>, StoreError> {
+        let table = Table::read(path)?;
+        let ids = table.defaulted("id", &WHOLE, |row| Some(row as u64))?;
+        let outcomes = table.optional("stable", &FLAG)?;
+        let simulated = ids.into_iter().zip(outcomes);
+        Ok(simulated
+            .filter_map(|(id, stable)| Some((id, stable?)))
+            .collect())
+    }
+
     /// Assigns rows to the hand or object that replaced theirs, and drops values that are no longer valid.
     fn exchange(&mut self, path: &Path, warning: &Warning) -> Result<(), StoreError> {
         let (told, given, of_hand) = match warning {
             Warning::OtherHand { told, given } => (told, given, true),
             Warning::OtherObject { told, given } => (told, given, false),
-            Warning::BeyondLimit { .. } | Warning::NoChecksums { .. } => return Ok(()),
+            Warning::BeyondLimit { .. } | Warning::NoChecksums { .. } | Warning::Unknown { .. } => {
+                return Ok(());
+            }
         };
         for grasp in &mut self.grasps {
             let name = if of_hand {
@@ -251,7 +269,7 @@ impl GraspFile {
         }
         let metadata = self.metadata.to_json(path)?;
         self.refuse_faults(path)?;
-        self.columns().encode(path, metadata)
+        self.columns().encode(path, &metadata)
     }
 
     /// The landscapes in this file, sorted by hand, object and scale.
@@ -332,6 +350,7 @@ fn describe(
 ) -> Result<(Metadata, Vec<Warning>), StoreError> {
     let mut warnings = Vec::new();
     let Some(json) = &table.metadata else {
+        let named = names_in_rows(table)?;
         let (missing, flags) = match (&overrides.hand, &overrides.object) {
             (Some(_), Some(_)) => return Ok((foreign(table, overrides), warnings)),
             (None, Some(_)) => ("hand", "--hand"),
@@ -342,9 +361,15 @@ fn describe(
             path: path.to_path_buf(),
             missing,
             flags,
+            named,
         });
     };
-    let mut metadata = Metadata::from_json(path, json)?;
+    let (mut metadata, mut unknown) = Metadata::from_json(path, json)?;
+    unknown.extend(unknown_columns(table, &metadata));
+    if !unknown.is_empty() {
+        let path = path.to_path_buf();
+        warnings.push(Warning::Unknown { path, unknown });
+    }
     if let Some(hand) = overrides.hand {
         let known: Vec<&str> = names_of_hands(&metadata).collect();
         match place(path, table, "hand", &hand.name, &known)? {
@@ -363,6 +388,44 @@ fn describe(
     }
     metadata.check(path)?;
     Ok((metadata, warnings))
+}
+
+/// The hands and objects that the rows name, for an error.
+fn names_in_rows(table: &Table) -> Result<String, StoreError> {
+    let mut told = Vec::new();
+    for kind in ["hand", "object"] {
+        let names = table.optional(kind, &TEXT)?;
+        let names: BTreeSet<&str> = names.iter().flatten().map(String::as_str).collect();
+        if !names.is_empty() {
+            told.push(format!("the {kind} {}", list(names.into_iter())));
+        }
+    }
+    Ok(match told.as_slice() {
+        [] => String::new(),
+        told => format!(" (its rows name {})", told.join(" and ")),
+    })
+}
+
+/// Columns that are not read. The index of a data frame is no loss.
+fn unknown_columns(table: &Table, metadata: &Metadata) -> Vec<String> {
+    let known = NAMED.iter().chain(MEASURED).map(|column| column.name);
+    let others = [
+        "translation_m",
+        "rotation_wxyz",
+        "joints_rad",
+        "contacts",
+        "energy",
+    ];
+    let known: BTreeSet<&str> = known.chain(others).collect();
+    let is_term = |name: &str| {
+        let mut terms = metadata.terms.iter();
+        (name.strip_prefix(TERM)).is_some_and(|name| terms.any(|term| term == name))
+    };
+    table
+        .names()
+        .filter(|name| !known.contains(name) && !is_term(name) && !name.starts_with("__index_"))
+        .map(str::to_owned)
+        .collect()
 }
 
 fn names_of_hands(metadata: &Metadata) -> impl Iterator<Item = &str> {

@@ -30,6 +30,7 @@ use serde_json::{Value, json};
 use super::atomic::AtomicFolder;
 use super::columns::Columns;
 use super::error::{Fault, StoreError, Warning};
+use super::grasps::term_column;
 use super::machine::Machine;
 use super::metadata::{HandMetadata, ObjectMetadata, Source, bad, check_version, content_hash};
 use super::row::{self, Column, columns};
@@ -230,7 +231,7 @@ impl LandscapeFiles {
             (PATHS, self.path_columns()),
         ] {
             let path = folder.path().join(name);
-            folder.write(name, &columns.encode(&path, table_head(name))?)?;
+            folder.write(name, &columns.encode(&path, &table_head(name))?)?;
         }
         let manifest = serde_json::to_value(&self.manifest).expect("a manifest is plain data");
         let mut document = json!({ "format": FORMAT, "schema_version": super::SCHEMA_VERSION });
@@ -256,15 +257,22 @@ impl LandscapeFiles {
         })
     }
 
-    /// A warning about a landscape that can be read.
+    /// Warnings about a landscape that can be read.
     ///
     /// # Errors
     /// If the folder is not a landscape.
-    pub fn warning(folder: &Path) -> Result<Option<Warning>, StoreError> {
-        let (_, checksums) = read_manifest(folder)?;
-        Ok(checksums
-            .is_none()
-            .then(|| Warning::NoChecksums(folder.join(MANIFEST))))
+    pub fn warnings(folder: &Path) -> Result<Vec<Warning>, StoreError> {
+        let (manifest, checksums) = read_manifest(folder)?;
+        let mut warnings = Vec::new();
+        if checksums.is_none() {
+            warnings.push(Warning::NoChecksums(folder.join(MANIFEST)));
+        }
+        let unknown = unknown(folder, &manifest)?;
+        if !unknown.is_empty() {
+            let path = folder.to_path_buf();
+            warnings.push(Warning::Unknown { path, unknown });
+        }
+        Ok(warnings)
     }
 
     fn path_columns(&self) -> Columns {
@@ -405,6 +413,54 @@ fn read_manifest(folder: &Path) -> Result<(Manifest, Option<Checksums>), StoreEr
     }
     let manifest = serde_json::from_value(document).map_err(unusable)?;
     Ok((manifest, checksums))
+}
+
+/// What the manifest and the tables hold beside what is read.
+fn unknown(folder: &Path, manifest: &Manifest) -> Result<Vec<String>, StoreError> {
+    let path = folder.join(MANIFEST);
+    let bytes = fs::read(&path).map_err(StoreError::io("read", &path))?;
+    let mut document: Value =
+        serde_json::from_slice(&bytes).map_err(|error| bad(&path, error.to_string()))?;
+    if let Some(document) = document.as_object_mut() {
+        for known in ["format", "schema_version", CHECKSUMS] {
+            document.remove(known);
+        }
+    }
+    let mut unknown = Vec::new();
+    let read: Result<Manifest, serde_json::Error> =
+        serde_ignored::deserialize(document, |entry| unknown.push(entry.to_string()));
+    read.map_err(|error| bad(&path, error.to_string()))?;
+    let terms: Vec<String> = manifest
+        .terms
+        .iter()
+        .map(|name| term_column(name))
+        .collect();
+    for (name, known) in [
+        (
+            MINIMA,
+            names(&[MINIMUM])
+                .chain(["labels", "label_counts"])
+                .collect::<Vec<_>>(),
+        ),
+        (EDGES, names(&[EDGE, WAYS]).collect()),
+        (
+            PATHS,
+            names(&[PATH])
+                .chain(terms.iter().map(String::as_str))
+                .collect(),
+        ),
+    ] {
+        let table = read_table(folder, name)?;
+        let others = table.names().filter(|column| !known.contains(column));
+        unknown.extend(others.map(|column| format!("{column} in {name}")));
+    }
+    Ok(unknown)
+}
+
+fn names<'a, Row>(lists: &'a [&'static [row::Column<Row>]]) -> impl Iterator<Item = &'a str> + 'a {
+    lists
+        .iter()
+        .flat_map(|list| list.iter().map(|column| column.name))
 }
 
 /// Whether the landscape in `folder` has this table or lists it.

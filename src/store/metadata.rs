@@ -125,15 +125,17 @@ impl Metadata {
         serde_json::to_string(self).map_err(|error| bad(path, error.to_string()))
     }
 
-    /// Reads the output of [`Metadata::to_json`]. `path` is named in errors.
-    pub(super) fn from_json(path: &Path, text: &str) -> Result<Self, StoreError> {
+    /// Reads the output of [`Metadata::to_json`], and tells which entries are unknown. `path` is named in errors.
+    pub(super) fn from_json(path: &Path, text: &str) -> Result<(Self, Vec<String>), StoreError> {
         let value: serde_json::Value =
             serde_json::from_str(text).map_err(|error| bad(path, error.to_string()))?;
         check_version(path, &value)?;
+        let mut unknown = Vec::new();
         let metadata: Self =
-            serde_json::from_value(value).map_err(|error| bad(path, error.to_string()))?;
+            serde_ignored::deserialize(value, |entry| unknown.push(entry.to_string()))
+                .map_err(|error: serde_json::Error| bad(path, error.to_string()))?;
         metadata.check(path)?;
-        Ok(metadata)
+        Ok((metadata, unknown))
     }
 
     /// Checks conditions that the types do not guarantee.

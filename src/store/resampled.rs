@@ -35,7 +35,7 @@ pub fn write_resampled(trees: &[Tree], folder: &AtomicFolder) -> Result<(), Stor
     columns.wholes("b", rows.iter().map(|row| row.1[1]));
     columns.floats("height", rows.iter().map(|row| row.2));
     let path = folder.path().join(RESAMPLED);
-    folder.write(RESAMPLED, &columns.encode(&path, table_head(RESAMPLED))?)
+    folder.write(RESAMPLED, &columns.encode(&path, &table_head(RESAMPLED))?)
 }
 
 /// For each merge, the first leaf of its first branch with the first leaf of each other branch, and the height.

@@ -55,7 +55,7 @@ impl StationaryRow {
         let mut columns = Columns::default();
         row::write(COLUMNS, rows, &mut columns);
         let path = folder.path().join(STATIONARY);
-        folder.write(STATIONARY, &columns.encode(&path, table_head(STATIONARY))?)
+        folder.write(STATIONARY, &columns.encode(&path, &table_head(STATIONARY))?)
     }
 
     /// Reads the table of a finished landscape.

@@ -3,6 +3,7 @@
 //! It accepts columns written by pandas, polars or `DuckDB`: 32-bit floats, other integer widths, large or
 //! dictionary-encoded strings, lists of fixed or variable length. A number that is not finite is an error.
 
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::fs::File;
 use std::ops::Range;
@@ -20,10 +21,11 @@ use arrow_schema::{DataType, Schema};
 use bytes::Bytes;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::basic::CompressionCodec;
-use parquet::file::metadata::{ColumnChunkMetaData, RowGroupMetaData};
+use parquet::file::metadata::{ColumnChunkMetaData, FileMetaData, RowGroupMetaData};
 use parquet::file::reader::{FileReader, SerializedFileReader};
+use serde_json::Value;
 
-use super::columns::KEY;
+use super::columns::{ATTRIBUTES, KEY};
 use super::error::{Fault, StoreError};
 use super::sum;
 
@@ -32,7 +34,7 @@ pub(super) struct Table {
     path: PathBuf,
     schema: Arc<Schema>,
     batches: Vec<RecordBatch>,
-    /// The metadata under [`KEY`].
+    /// The metadata under [`KEY`], or the copy of them that another program kept.
     pub(super) metadata: Option<String>,
     pub(super) rows: usize,
 }
@@ -72,10 +74,7 @@ impl Table {
             .iter()
             .flat_map(RowGroupMetaData::columns);
         for codec in chunks.map(ColumnChunkMetaData::compression_codec) {
-            if !matches!(
-                codec,
-                CompressionCodec::UNCOMPRESSED | CompressionCodec::SNAPPY
-            ) {
+            if matches!(codec, CompressionCodec::LZO) {
                 let codec = format!("{codec:?}");
                 return Err(StoreError::Compression {
                     path: path.to_path_buf(),
@@ -83,13 +82,8 @@ impl Table {
                 });
             }
         }
-        let pairs = builder.metadata().file_metadata().key_value_metadata();
-        let metadata = pairs
-            .into_iter()
-            .flatten()
-            .find(|pair| pair.key == KEY)
-            .and_then(|pair| pair.value.clone());
         let schema = Arc::clone(builder.schema());
+        let metadata = metadata(builder.metadata().file_metadata(), &schema);
         let reader = builder
             .with_batch_size(1 << 16)
             .build()
@@ -200,6 +194,26 @@ impl Table {
             fault,
         }
     }
+}
+
+/// The metadata of this program: in the footer as it wrote them; in Arrow's copy of the schema, which pyarrow keeps; or among
+/// the attributes of a data frame, which pandas keeps.
+fn metadata(footer: &FileMetaData, schema: &Schema) -> Option<String> {
+    let in_footer = |key: &str| {
+        let mut pairs = footer.key_value_metadata().into_iter().flatten();
+        pairs
+            .find(|pair| pair.key == key)
+            .and_then(|pair| pair.value.clone())
+    };
+    let in_schema = |key: &str| schema.metadata().get(key).cloned();
+    let among = |attributes: String| {
+        let attributes: BTreeMap<String, Value> = serde_json::from_str(&attributes).ok()?;
+        attributes.get(KEY).map(ToString::to_string)
+    };
+    in_footer(KEY)
+        .or_else(|| in_schema(KEY))
+        .or_else(|| in_footer(ATTRIBUTES).and_then(among))
+        .or_else(|| in_schema(ATTRIBUTES).and_then(among))
 }
 
 fn damaged(path: &Path, reason: &dyn Display) -> StoreError {

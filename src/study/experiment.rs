@@ -156,7 +156,7 @@ fn preset_text(name: &str) -> Result<&'static str, ExperimentError> {
 }
 
 /// Replaces the values of `table` by those that `given` has; tables within tables are overlaid, too.
-fn overlay(table: &mut toml::Table, given: toml::Table) {
+pub(super) fn overlay(table: &mut toml::Table, given: toml::Table) {
     for (key, value) in given {
         match (table.get_mut(&key), value) {
             (Some(toml::Value::Table(under)), toml::Value::Table(over)) => overlay(under, over),

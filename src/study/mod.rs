@@ -81,6 +81,7 @@
 
 mod build;
 mod chain_choice;
+mod configuration;
 mod contacts;
 mod digits;
 mod diversity;
@@ -125,6 +126,7 @@ use serde_json::Value;
 
 pub use build::{GraspLandscape, map_population};
 pub use chain_choice::ChainChoice;
+pub use configuration::{ConfigurationError, ConfigurationFile, SurfaceConfiguration};
 pub use contacts::{BalancingForces, ContactsError, ContactsReport, GivenContact, GivenContacts};
 pub(crate) use digits::Digits;
 pub use diversity::{

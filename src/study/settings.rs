@@ -1,7 +1,7 @@
 //! Settings for maps of grasps.
 
 use super::level::{GroupLevel, ROUGHNESS, letting_go};
-use crate::grasp::GraspEnergy;
+use crate::grasp::{EnergySettings, GraspEnergy};
 use crate::topography::{
     ChainSettings, MapSettings, MatchTolerance, PathSettings, Run, SeamSettings,
 };
@@ -10,10 +10,13 @@ use crate::topography::{
 /// several times. For contact sets it is the slope of the distance term of one contact; for an elastic layer it is the cost
 /// of letting go over the thickness of the layer.
 pub(super) fn contact_slope(energy: &GraspEnergy) -> f64 {
-    let settings = energy.settings();
+    slope(energy.settings(), || energy.unit_m())
+}
+
+fn slope(settings: &EnergySettings, unit_m: impl FnOnce() -> f64) -> f64 {
     match (settings.layer, letting_go(settings)) {
         (Some(layer), Some(cost)) => cost / (layer.skin_m[0] - layer.skin_m[1]),
-        _ => settings.distance_weight / energy.unit_m(),
+        _ => settings.distance_weight / unit_m(),
     }
 }
 
@@ -32,6 +35,16 @@ pub(super) const TEMPERATURE: f64 = 0.5 * ROUGHNESS;
 /// For an energy that knows the cost of letting go, this cost sets the tolerances of energies and the level of groups
 /// ([`GROUP_LEVEL`](super::GROUP_LEVEL)).
 pub fn settings_for_grasps(energy: &GraspEnergy) -> MapSettings {
+    map_of(energy.settings(), contact_slope(energy))
+}
+
+/// The settings for the default energy, of which they are the same for all hands and objects.
+pub(super) fn default_map() -> MapSettings {
+    let energy = EnergySettings::default();
+    map_of(&energy, slope(&energy, || 1.0))
+}
+
+pub(super) fn map_of(energy: &EnergySettings, slope: f64) -> MapSettings {
     let mut settings = MapSettings::for_scales(0.3, 0.04);
     settings.neighbours = 6;
     settings.retry_rounds = 1;
@@ -47,7 +60,7 @@ pub fn settings_for_grasps(energy: &GraspEnergy) -> MapSettings {
     };
     settings.chain = ChainSettings {
         temperature: 0.01,
-        force: 8.0 * contact_slope(energy),
+        force: 8.0 * slope,
         attempts: 1,
         replicas: 1,
         step: 1e-3,
@@ -75,7 +88,7 @@ pub fn settings_for_grasps(energy: &GraspEnergy) -> MapSettings {
         energy_tolerance: 0.02,
         ..settings.path
     };
-    if let Some(cost) = letting_go(energy.settings()) {
+    if let Some(cost) = letting_go(energy) {
         settings.sameness.energy = ROUGHNESS * cost;
         settings.path.energy_tolerance = ROUGHNESS * cost;
         settings.path.roughness = ROUGHNESS * cost;
@@ -98,7 +111,7 @@ pub fn settings_for_grasps(energy: &GraspEnergy) -> MapSettings {
             halvings: 2,
         });
     }
-    settings.groups.barrier = GroupLevel::default_of(energy.settings()).map(|level| level.barrier);
+    settings.groups.barrier = GroupLevel::default_of(energy).map(|level| level.barrier);
     settings
 }
 

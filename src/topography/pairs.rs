@@ -216,7 +216,9 @@ mod tests {
         let minima: Vec<Minimum> = (0..150)
             .map(|i| Minimum {
                 coordinates: point(i),
-                ..Minimum::default()
+                energy: 0.0,
+                choice: Vec::new(),
+                members: Vec::new(),
             })
             .collect();
         let kept = BetweenMinima::new(&space, &minima);

@@ -275,7 +275,7 @@ fn help_and_version() {
     );
     // Without arguments: the help, as an answer to a mistake.
     let output = desk.run("");
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(2));
     assert_says(
         &String::from_utf8(output.stderr).unwrap(),
         &["Usage: landscape"],

@@ -7,9 +7,11 @@ mod experiments;
 mod flags;
 mod given_grasps;
 mod interruptions;
+mod json;
 mod objects;
 mod outputs;
 mod provenance;
+mod settings;
 mod spoilt_grasps;
 
 #[path = "../desk/mod.rs"]

@@ -1,6 +1,8 @@
 //! Output files: files of the user are never overwritten, write errors are reported, and no incomplete set of files stays.
 
 use std::fs;
+#[cfg(unix)]
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 #[cfg(unix)]
 use std::process::{Command, Stdio};
@@ -305,7 +307,7 @@ fn interrupts_are_ignored() -> bool {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_says_what_is_kept() {
-    for (signal, code) in [("INT", 130), ("TERM", 143)] {
+    for (signal, code) in [("INT", 130), ("TERM", 75)] {
         if signal == "INT" && interrupts_are_ignored() {
             println!("SKIPPED: SIGINT is ignored here, as in the background of a shell");
             continue;
@@ -340,6 +342,36 @@ fn an_interrupted_run_says_what_is_kept() {
         let said = desk.succeed(&line.replace("-n 12", "-n 1"));
         assert_says(&said, &["continuing an interrupted run"]);
     }
+}
+
+/// A scheduler that sends SIGTERM need not run a command again that has no finished tasks to go on from.
+#[cfg(unix)]
+#[test]
+fn a_command_without_finished_tasks_ends_as_other_programs() {
+    let desk = Desk::empty();
+    let data = concat!(env!("CARGO_MANIFEST_DIR"), "/data/grasps.parquet");
+    let mut child = desk
+        .command("label -v --threads 1 -o out.parquet")
+        .arg(data)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Once it tells what it does, it handles signals.
+    let mut told = BufReader::new(child.stderr.take().unwrap());
+    let mut first = String::new();
+    told.read_line(&mut first).unwrap();
+    assert_says(&first, &["landscape", "1 threads", "landscape label"]);
+    let sent = Command::new("kill")
+        .args(["-s", "TERM", &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(sent.success());
+    let mut rest = String::new();
+    told.read_to_string(&mut rest).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(143));
+    assert_says(&rest, &["interrupted: nothing was written"]);
+    assert_eq!(names(desk.folder.path()), [""; 0]);
 }
 
 /// The program goes on ignoring the signals that `nohup` or a shell made it ignore.

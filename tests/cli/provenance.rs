@@ -113,6 +113,8 @@ const RUNS: [(&str, &[&str]); 15] = [
             "2",
             "--sequential",
             "--diagram",
+            "--config",
+            "@/map it's.toml",
             "--hand",
             "@/own's hand.urdf",
             "--object",
@@ -134,6 +136,8 @@ const RUNS: [(&str, &[&str]); 15] = [
             "3",
             "--group-barrier",
             "0.5",
+            "--config",
+            "@/search.toml",
         ],
     ),
     (
@@ -227,13 +231,15 @@ const RUNS: [(&str, &[&str]); 15] = [
 ];
 
 /// Flags that do not change the output of these verbs, with the reason.
-const WITHOUT_TRACE: [(&str, &str); 13] = [
+const WITHOUT_TRACE: [(&str, &str); 16] = [
     (
         "drop",
         "tells how a sample fares; the file is written before",
     ),
     ("threads", "any number of threads gives the same bytes"),
     ("quiet", "tells less"),
+    ("json", "tells the same in another form"),
+    ("verbose", "tells more"),
     (
         "force",
         "changes nothing but whether there was something before",
@@ -292,6 +298,8 @@ fn inputs() -> &'static Desk {
             "0.6 0.03\n-0.5, 1.4  # near a minimum\n",
         );
         write("two/shapes.toml", "[energy]\nprior_weight = 0.03\n");
+        write("map it's.toml", "[map.chain]\npatience = 120\n");
+        write("search.toml", "[search]\nmodes = 3\n");
         write("p.toml", PATIENT);
         write(
             "short.toml",

@@ -46,7 +46,7 @@ const fn verb(
     }
 }
 
-const VERBS: [Verb; 23] = [
+const VERBS: [Verb; 24] = [
     verb("synth", FEW, &[], true),
     verb("build", "build few.parquet", &["few.parquet"], false),
     verb("surface", SURFACE.line, &[], true),
@@ -57,6 +57,7 @@ const VERBS: [Verb; 23] = [
         false,
     ),
     verb("label", "label g.parquet", &["g.parquet"], true),
+    verb("man", "man pages", &[], true),
     verb(
         "report of grasps",
         "report few.parquet",

@@ -33,11 +33,14 @@ impl Desk {
         self.command(line).output().unwrap()
     }
 
-    /// Runs a command that must fail with exit code 1 and one line `error: …`, and returns the message.
+    /// Runs a command that must fail with exit code 1, or 2 if clap refuses the command line, and one line `error: …`. Returns
+    /// the message.
     pub(crate) fn mistake(&self, line: &str) -> String {
         let output = self.run(line);
         let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(1), "landscape {line}: {said}");
+        let usage = said.contains("For more information, try '--help'");
+        let code = if usage { 2 } else { 1 };
+        assert_eq!(output.status.code(), Some(code), "landscape {line}: {said}");
         assert!(!said.contains("panicked"), "{said}");
         let sentence = said.strip_prefix("error: ").expect(&said);
         assert!(!sentence.contains("error:"), "one error only: {said}");

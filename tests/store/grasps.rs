@@ -1,6 +1,8 @@
 //! Files of grasps are restored exactly and written with the same bytes. Versions changed by other tools are read.
 
+use std::collections::BTreeSet;
 use std::fs;
+use std::sync::Arc;
 
 use crate::{file, grasp, hand, object, of, overrides, place, read, with_joints};
 use arrow_array::types::{Float64Type, Int32Type};
@@ -11,6 +13,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use landscape::store::{GraspRow, HandMetadata, ObjectMetadata, Overrides, Warning};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::basic::{BrotliLevel, Compression, GzipLevel, ZstdLevel};
 
 #[test]
 fn grasps_come_back_equal() {
@@ -242,7 +245,7 @@ fn a_file_of_others_needs_hand_and_object() {
     assert_eq!(
         foreign().refusal(),
         "grasps.parquet does not describe its hand and object: it was not written by landscape, or its metadata were lost \
-         when another program rewrote it; give --hand and --object (columns and units are listed in the documentation \
+         when another program rewrote it, as polars and DuckDB do; give --hand and --object (columns and units are listed in the documentation \
          of grasps.parquet)"
     );
     let only_hand = foreign()
@@ -338,4 +341,88 @@ fn overrides_replace_what_the_file_describes() {
     let reason =
         "hand `two fingers` has joints `left`, `right`, but the one given has `right`, `left`";
     assert!(refused.ends_with(reason), "{refused}");
+}
+
+/// All that pandas, polars, `DuckDB` and Spark compress with by default, and what else they offer.
+#[test]
+fn every_usual_compression_is_read() {
+    let codecs = [
+        Compression::UNCOMPRESSED,
+        Compression::SNAPPY,
+        Compression::ZSTD(ZstdLevel::default()),
+        Compression::GZIP(GzipLevel::default()),
+        Compression::BROTLI(BrotliLevel::default()),
+        Compression::LZ4,
+        Compression::LZ4_RAW,
+    ];
+    for codec in codecs {
+        let (_folder, path) = place("grasps.parquet");
+        let mut parts = of(&file(40));
+        parts.compression = codec;
+        parts.write(&path);
+        let bytes = bytes::Bytes::from(fs::read(&path).unwrap());
+        let builder = ParquetRecordBatchReaderBuilder::try_new(bytes).unwrap();
+        let told = builder
+            .metadata()
+            .row_group(0)
+            .column(0)
+            .compression_codec();
+        let name = format!("{codec:?}");
+        assert!(
+            name.starts_with(&format!("{told:?}")),
+            "{told:?} is not {name}"
+        );
+        let (found, warnings) = read(&path).unwrap();
+        assert_eq!(found, file(40), "{codec:?}");
+        assert_eq!(warnings, []);
+    }
+}
+
+/// Columns and entries of a newer version, or of the user, are named before they are lost.
+#[test]
+fn what_is_not_known_is_told() {
+    let mut parts = of(&file(2));
+    parts.columns.push((
+        "quality".into(),
+        Arc::new(Float32Array::from(vec![0.5, 0.25])),
+    ));
+    parts.columns.push((
+        "__index_level_0__".into(),
+        Arc::new(Int64Array::from(vec![4, 5])),
+    ));
+    let mut metadata: serde_json::Value =
+        serde_json::from_str(parts.metadata.as_ref().unwrap()).unwrap();
+    metadata["robot"] = "of next year".into();
+    metadata["hands"][0]["skin"] = serde_json::json!({ "colour": "blue" });
+    parts.metadata = Some(metadata.to_string());
+    let (_folder, path) = place("grasps.parquet");
+    parts.write(&path);
+    let (found, warnings) = read(&path).unwrap();
+    assert_eq!(found, file(2));
+    let [Warning::Unknown { unknown, .. }] = warnings.as_slice() else {
+        panic!("{warnings:?}");
+    };
+    let unknown: BTreeSet<&str> = unknown.iter().map(String::as_str).collect();
+    assert_eq!(
+        unknown,
+        BTreeSet::from(["robot", "hands.0.skin", "quality"])
+    );
+    let sentence = warnings[0].to_string();
+    assert!(
+        sentence.contains("grasps.parquet") && sentence.contains("`quality`"),
+        "{sentence}"
+    );
+}
+
+/// pandas keeps the attributes of a data frame and nothing else of what it does not know.
+#[test]
+fn metadata_that_pandas_kept_are_found() {
+    let (_folder, path) = place("grasps.parquet");
+    let mut parts = of(&file(3));
+    let metadata = parts.metadata.take().unwrap();
+    parts.attributes = Some(format!("{{\"mine\": 1, \"landscape\": {metadata}}}"));
+    parts.write(&path);
+    let (found, warnings) = read(&path).unwrap();
+    assert_eq!(found, file(3));
+    assert_eq!(warnings, []);
 }

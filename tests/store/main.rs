@@ -6,6 +6,7 @@
     reason = "what is stored must come back bit for bit"
 )]
 
+mod golden;
 mod grasps;
 mod journals;
 mod landscapes;

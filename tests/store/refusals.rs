@@ -6,7 +6,6 @@ use std::sync::Arc;
 use crate::{file, flipped, names, of, place, read, sentence, with_joints};
 use arrow_array::types::{Float64Type, Int32Type};
 use arrow_array::{ArrayRef, Float64Array, Int64Array, ListArray, StringArray};
-use base64::Engine;
 use landscape::store::{Fault, GraspFile, GraspRow};
 use serde_json::json;
 
@@ -308,26 +307,6 @@ fn metadata_are_checked() {
     let mut parts = of(&file(2));
     parts.metadata = Some("{".into());
     assert!(parts.refusal().starts_with(begin));
-}
-
-/// pyarrow wrote the files of this test. Polars compresses with zstd by default, which would need a C compiler.
-#[test]
-fn an_unknown_compression_is_named() {
-    let zstd = "UEFSMRUAFRQVJiwVAhUAFQYVBhwAAAAotS/9IApRAAACAAAAAgEBAAAAFQQZLDUAGAZzY2hlbWEVAgAV\
-        AiUCGAJpZAAWAhkcGRwmABwVAhklBgAZGAJpZBUMFgIWOhZMJghJHBUAFQAVAgA8KQYZJgACAAAAFjoW\
-        AiYIFkwAKCBwYXJxdWV0LWNwcC1hcnJvdyB2ZXJzaW9uIDI2LjAuMRkcHAAAAHwAAABQQVIx";
-    let (folder, path) = place("grasps.parquet");
-    fs::write(
-        &path,
-        base64::engine::general_purpose::STANDARD
-            .decode(zstd)
-            .unwrap(),
-    )
-    .unwrap();
-    assert_eq!(
-        sentence(&read(&path).unwrap_err(), folder.path()),
-        "grasps.parquet is compressed with ZSTD, which is not supported: write it with snappy or without compression"
-    );
 }
 
 /// Damage is an error or goes unnoticed, but never a panic.

@@ -104,7 +104,7 @@ fn files_of_two_landscapes_are_not_mixed() {
 #[test]
 fn an_altered_manifest_is_refused_and_one_without_checksums_is_read() {
     let (folder, path) = finished(&landscape());
-    assert_eq!(LandscapeFiles::warning(&path).unwrap(), None);
+    assert_eq!(LandscapeFiles::warnings(&path).unwrap(), []);
     // Other spaces are no other content.
     edit(&path, |_| {});
     assert_eq!(LandscapeFiles::read(&path).unwrap(), landscape());
@@ -123,8 +123,8 @@ fn an_altered_manifest_is_refused_and_one_without_checksums_is_read() {
     let read = LandscapeFiles::read(&path).unwrap();
     assert_eq!(read.manifest.scale, 0.07);
     assert_eq!(
-        LandscapeFiles::warning(&path).unwrap(),
-        Some(Warning::NoChecksums(path.join("landscape.json")))
+        LandscapeFiles::warnings(&path).unwrap(),
+        [Warning::NoChecksums(path.join("landscape.json"))]
     );
 }
 

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use serde_json::{Value, json};
 
 use super::arguments::Import;
 use crate::cli::args::{Common, within};
 use crate::cli::input;
 use crate::cli::output::check_file;
-use crate::cli::printing::{complain, print};
+use crate::cli::printing::{complain, print, print_json};
 use crate::cli::provenance::name_of;
 use crate::cli::run::Watch;
 use crate::grasp::Judgement;
@@ -52,6 +53,9 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     metadata.command.clone_from(&common.provenance.command);
     metadata.inputs = sources(command, common)?;
     imported.file.write(&output)?;
+    if common.json {
+        print_json(&value(&imported, &output))?;
+    }
     if common.quiet {
         return Ok(());
     }
@@ -130,6 +134,34 @@ fn with_flag(error: GraspImportError, command: &Import) -> anyhow::Error {
         }
         _ => error.into(),
     }
+}
+
+/// The JSON document.
+fn value(imported: &ImportedGrasps, output: &Path) -> Value {
+    let ImportedGrasps {
+        file,
+        judgements,
+        format,
+        found,
+        left_out,
+        notes,
+        ..
+    } = imported;
+    let ScaleCounts(scales) = ScaleCounts::of(file.grasps.iter().map(|grasp| grasp.scale));
+    let count = |test: fn(&Judgement) -> bool| judgements.iter().filter(|j| test(j)).count();
+    json!({
+        "format": format,
+        "hand": file.metadata.hands[0].name,
+        "object": file.metadata.objects[0].name,
+        "found": found,
+        "read": file.grasps.len(),
+        "left_out": left_out,
+        "scales": scales.iter().map(|(scale, grasps)| json!({ "scale": scale, "grasps": grasps })).collect::<Vec<_>>(),
+        "published": count(Judgement::passes_published),
+        "strict": count(Judgement::passes_strict),
+        "notes": notes,
+        "wrote": [output],
+    })
 }
 
 fn summary(imported: &ImportedGrasps) -> String {

@@ -8,7 +8,7 @@ use anyhow::{Context, ensure};
 use super::arguments::Import;
 use crate::cli::args::Common;
 use crate::cli::output::{check_inputs, check_place};
-use crate::cli::printing::{complain, print};
+use crate::cli::printing::{complain, print, print_landscapes};
 use crate::cli::provenance::name_of;
 use crate::cli::report;
 use crate::store::{AtomicFolder, Source, content_hash};
@@ -44,7 +44,7 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
         print(&text);
         complain(&format!("wrote {}", finished.display()));
     }
-    Ok(())
+    print_landscapes(common, &[finished])
 }
 
 fn read(folder: &Path, name: &str) -> anyhow::Result<String> {

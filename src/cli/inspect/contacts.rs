@@ -5,12 +5,13 @@ use std::fmt::Write;
 use anyhow::Context;
 
 use super::{Inspect, number, table, yes};
+use crate::cli::args::Common;
 use crate::cli::printing::{print, print_json};
 use crate::grasp::closure::RANK_EPSILON;
 use crate::study::{BalancingForces, ContactsReport, GivenContacts};
 
 /// Judges the contacts in the bytes of the file that the command names.
-pub(super) fn run(command: &Inspect, bytes: &[u8]) -> anyhow::Result<()> {
+pub(super) fn run(command: &Inspect, bytes: &[u8], common: &Common) -> anyhow::Result<()> {
     let name = command.file.display();
     let flags = [
         ("--grasp", !command.grasp.is_empty()),
@@ -23,7 +24,7 @@ pub(super) fn run(command: &Inspect, bytes: &[u8]) -> anyhow::Result<()> {
     }
     let contacts = parse(bytes).with_context(|| format!("{name}"))?;
     let report = contacts.judge().with_context(|| format!("{name}"))?;
-    if command.json {
+    if common.json {
         return print_json(&report);
     }
     print(&text(&report));

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::{Inspect, number, table, yes};
 use crate::cli::args::Common;
-use crate::cli::printing::print;
+use crate::cli::printing::{print, print_json};
 use crate::cli::{input, progress};
 use crate::evaluation::human_likeness::MEASURES;
 use crate::grasp::Judgement;
@@ -64,12 +64,12 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
         all.extend(judged);
     }
     bar.finish_and_clear();
-    if command.json {
+    if common.json {
         let everything = Everything {
             landscapes,
             grasps: &all,
         };
-        text = serde_json::to_string_pretty(&everything)?;
+        return print_json(&everything);
     }
     print(&text);
     Ok(())

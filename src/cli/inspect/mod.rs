@@ -24,9 +24,6 @@ pub(super) struct Inspect {
     /// One line for each grasp, instead of the summary.
     #[arg(long, conflicts_with = "grasp")]
     each: bool,
-    /// Write everything as JSON.
-    #[arg(long)]
-    json: bool,
     /// For a landscape: the lowest path between two minima (m3, m17) or groups (g0, g4: their lowest minima), as pictures
     /// with the energy by term along it (PNG, SVG) and as an animation (glTF).
     #[arg(long, num_args = 2, value_names = ["FROM", "TO"], conflicts_with_all = ["grasp", "each", "hand", "object"])]
@@ -89,7 +86,7 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
     if first != Some(&b'{') {
         return grasps::run(command, common);
     }
-    contacts::run(command, &bytes)
+    contacts::run(command, &bytes, common)
 }
 
 /// Aligned columns: the first to the left, the others to the right.

@@ -45,7 +45,7 @@ pub(super) fn run(command: &Inspect, ends: &[String], common: &Common) -> anyhow
     let path = MinimaxPath::between(&files, &network, energy.pose_space(), [from, to])?
         .with_context(|| format!("no path leads from m{} to m{} in {name}", from.0, to.0))?;
     let path = path.explained(&energy);
-    if command.json {
+    if common.json {
         print_json(&value(&files, &energy, &path))?;
     } else {
         print(&text(&files, &energy, &path));

@@ -17,15 +17,18 @@ use super::args::{Again, Common, GroupBarrier, Paths, WithPage, within};
 use super::output::check_place;
 use super::run::{Unfinished, Watch, check_resumable};
 use super::{interruption, report};
+use crate::cli::printing::{explain, print_landscapes};
 use crate::energy::model::MODELS;
 use crate::energy::{Counted, Energy, External, InBox, Protocol, model};
 use crate::limits::SEARCHES;
 use crate::store::{Source, content_hash};
 use crate::study::{
-    self, StudyError, StudyRun, Subject, SurfaceReport, SurfaceSearch, in_region, onto,
-    search_surface,
+    self, StudyError, StudyRun, Subject, SurfaceConfiguration, SurfaceReport, SurfaceSearch,
+    in_region, onto, search_surface,
 };
-use crate::topography::{GuardedJournal, Run, SearchSettings, probe_size};
+use crate::topography::{
+    GroupSettings, GuardedJournal, LowestSettings, Run, SearchSettings, probe_size,
+};
 
 /// Map a surface.
 #[derive(Debug, Args)]
@@ -70,14 +73,17 @@ pub(super) struct Surface {
     searches: Option<usize>,
     #[command(flatten)]
     extent: Extent,
-    /// Relaxation method of the paths between minima that no search joined.
-    #[arg(long, value_enum, default_value_t)]
-    paths: Paths,
+    /// Relaxation method of the paths between minima that no search joined; `string` by default.
+    #[arg(long, value_enum)]
+    paths: Option<Paths>,
+    /// File (TOML) with any of the settings that `landscape config surface` prints. Flags override it.
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    config: Option<PathBuf>,
     #[command(flatten)]
     groups: GroupBarrier,
-    /// Seed of all random draws.
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
+    /// Seed of all random draws; 0 by default.
+    #[arg(long)]
+    seed: Option<u64>,
     #[command(flatten)]
     page: WithPage,
     #[command(flatten)]
@@ -191,17 +197,23 @@ pub(super) fn run(command: &Surface, common: &Common) -> anyhow::Result<()> {
     if let Some(output) = &command.output {
         check_place(output)?;
     }
+    let configuration = SurfaceConfiguration::read(command.config.as_deref())?;
     let region = command.region.as_deref().map(region).transpose()?;
     match &command.command {
-        None => run_model(command, common, region),
+        None => run_model(command, common, &configuration, region),
         Some(program) => {
             let region = region.context("--command needs --region")?;
-            run_program(command, common, program, region)
+            run_program(command, common, &configuration, program, region)
         }
     }
 }
 
-fn run_model(command: &Surface, common: &Common, region: Option<Region>) -> anyhow::Result<()> {
+fn run_model(
+    command: &Surface,
+    common: &Common,
+    configuration: &SurfaceConfiguration,
+    region: Option<Region>,
+) -> anyhow::Result<()> {
     let surface = model::named(&command.model)?;
     let needed = surface.low.len();
     let (low, high) = region.unwrap_or((surface.low, surface.high));
@@ -222,12 +234,13 @@ fn run_model(command: &Surface, common: &Common, region: Option<Region>) -> anyh
             content_hash: content_hash(&[surface.name.as_bytes()]),
         },
     };
-    map(command, common, &subject, None, &|| Ok(()))
+    map(command, common, configuration, &subject, None, &|| Ok(()))
 }
 
 fn run_program(
     command: &Surface,
     common: &Common,
+    configuration: &SurfaceConfiguration,
     program: &str,
     (low, high): Region,
 ) -> anyhow::Result<()> {
@@ -247,7 +260,7 @@ fn run_program(
     };
     let check = || program::check(&external);
     if command.coordinates != Coordinates::Box {
-        return map(command, common, &subject, None, &check);
+        return map(command, common, configuration, &subject, None, &check);
     }
     let (low, high) = (subject.low.clone(), subject.high.clone());
     let boxed = InBox::new(&low, &high, |x, gradient| external.evaluate(x, gradient));
@@ -259,7 +272,14 @@ fn run_program(
         point: &point,
         coordinates: &coordinates,
     };
-    map(command, common, &subject, Some(&unrolled), &check)
+    map(
+        command,
+        common,
+        configuration,
+        &subject,
+        Some(&unrolled),
+        &check,
+    )
 }
 
 /// A box as the search sees it.
@@ -274,6 +294,7 @@ struct Unrolled<'a> {
 fn map(
     command: &Surface,
     common: &Common,
+    configuration: &SurfaceConfiguration,
     shown: &Subject<'_>,
     unrolled: Option<&Unrolled<'_>>,
     check: &Check<'_>,
@@ -299,13 +320,14 @@ fn map(
     let subject = &subject;
     let draw = in_region(subject.energy.space(), (&subject.low, &subject.high));
     let measuring = Counted::new(subject.energy);
-    let mut settings = SearchSettings::measured(&measuring, &draw, command.seed);
+    // The seed also draws the points at which the surface is measured.
+    let seed = command.seed.or(configuration.seed()).unwrap_or(0);
+    let measured = SearchSettings::measured(&measuring, &draw, seed);
     check()?;
-    settings.patience = command.patience.unwrap_or(settings.patience);
-    settings.max_searches = command.searches.unwrap_or(settings.max_searches);
-    settings.paths = command.paths.into();
+    let settings = searching(command, configuration, measured)?;
     let mut probed = 0;
-    let lowest = command.extent.settings(&settings, || {
+    let usual = configuration.lowest(LowestSettings::default())?;
+    let lowest = command.extent.settings(&settings, &usual, || {
         let probe = probe_size(subject.energy, &draw, &settings);
         probed = probe.evaluations as u64;
         probe
@@ -343,7 +365,9 @@ fn map(
         },
         stage_ended: &|name, evaluations| watch.lap(name, evaluations),
     };
-    let groups = command.groups.settings();
+    let mut groups = configuration.groups(GroupSettings::default())?;
+    groups.barrier = command.groups.group_barrier.or(groups.barrier);
+    explain(|| sought(lowest.as_ref(), probed));
     let search = SurfaceSearch {
         settings: &settings,
         lowest: lowest.as_ref(),
@@ -374,7 +398,47 @@ fn map(
     if !command.page.no_report {
         report::write_into(&unfinished.folder, &BTreeMap::new(), common)?;
     }
-    unfinished.conclude(watch, &text)
+    unfinished.conclude(watch, &text)?;
+    print_landscapes(common, &[output])
+}
+
+/// The settings of the search: as measured, but as the file and the flags say.
+fn searching(
+    command: &Surface,
+    configuration: &SurfaceConfiguration,
+    measured: SearchSettings,
+) -> anyhow::Result<SearchSettings> {
+    let (seed, scales) = (measured.seed, (measured.energy, measured.length));
+    let mut settings = configuration.search(measured)?;
+    settings.seed = seed;
+    settings.patience = command.patience.unwrap_or(settings.patience);
+    settings.max_searches = command.searches.unwrap_or(settings.max_searches);
+    settings.paths = command.paths.map_or(settings.paths, Into::into);
+    explain(|| {
+        let cause = if (settings.energy, settings.length) == scales {
+            "measured at random points"
+        } else {
+            "as the file says"
+        };
+        format!(
+            "tolerances and steps follow from an energy of {:.3e} and a length of {:.3e}, {cause}; the search ends after {} \
+             searches without a new point for each point found, and after about {} in any case",
+            settings.energy, settings.length, settings.patience, settings.max_searches
+        )
+    });
+    Ok(settings)
+}
+
+/// What is searched for, in a sentence.
+fn sought(lowest: Option<&LowestSettings>, probed: u64) -> String {
+    match lowest {
+        None => "everything is searched for".to_owned(),
+        Some(lowest) => format!(
+            "only the {} lowest minima and the lowest ways between them are searched for ({probed} evaluations were spent on \
+             an estimate of the size of the landscape)",
+            lowest.minima
+        ),
+    }
 }
 
 fn file_name(name: &str) -> String {

@@ -88,7 +88,13 @@ pub(super) fn start(
         ((low.to_vec(), high.to_vec()), &external)
     };
     let proceed = || check(&external).map(|()| !external.is_differenced());
-    let points = gradient_points(energy, (&low, &high), step, command.seed, proceed)?;
+    let points = gradient_points(
+        energy,
+        (&low, &high),
+        step,
+        command.seed.unwrap_or(0),
+        proceed,
+    )?;
     let checked = check_gradient(energy, &points, step);
     check(&external)?;
     checked?;

@@ -19,9 +19,9 @@ pub(super) struct Extent {
     /// What to search for: everything, or the lowest minima and the lowest ways between them.
     #[arg(long, value_enum, default_value_t)]
     search: Kind,
-    /// How many of the lowest minima are to be joined if only these are sought.
-    #[arg(long, value_name = "N", default_value_t = LowestSettings::default().minima)]
-    lowest: usize,
+    /// How many of the lowest minima are to be joined if only these are sought; 150 by default.
+    #[arg(long, value_name = "N")]
+    lowest: Option<usize>,
     /// Stop after this time, such as 90s, 10m or 1h30m, with what was found. What is missing then depends on the clock, so the
     /// result can differ between runs; the summary names the number of searches that repeats it.
     #[arg(long, value_name = "TIME", value_parser = duration)]
@@ -51,7 +51,9 @@ impl Extent {
     }
 
     pub(super) fn checked(&self) -> anyhow::Result<()> {
-        within("--lowest", LOWEST, self.lowest as f64)?;
+        if let Some(lowest) = self.lowest {
+            within("--lowest", LOWEST, lowest as f64)?;
+        }
         self.budget.map_or(Ok(()), |budget| {
             within("--budget", BUDGET, budget.as_secs_f64())
         })
@@ -61,6 +63,7 @@ impl Extent {
     pub(super) fn settings(
         &self,
         settings: &SearchSettings,
+        usual: &LowestSettings,
         probe: impl FnOnce() -> SizeProbe,
     ) -> Option<LowestSettings> {
         let lowest = match self.search {
@@ -69,8 +72,8 @@ impl Extent {
             Kind::Auto => probe().is_too_large(settings),
         };
         lowest.then(|| LowestSettings {
-            minima: self.lowest,
-            ..LowestSettings::default()
+            minima: self.lowest.unwrap_or(usual.minima),
+            ..usual.clone()
         })
     }
 

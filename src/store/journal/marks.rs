@@ -36,7 +36,8 @@ pub(super) struct Life {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Stage {
     pub(super) round: u64,
-    pub(super) stage: String,
+    /// What is being done.
+    pub(super) name: String,
     pub(super) tasks: usize,
 }
 

@@ -157,11 +157,7 @@ impl WorkerStatus {
 /// The latest round of any worker.
 fn stage(tails: &[Tail]) -> Option<StageStatus> {
     let stages = tails.iter().filter_map(|tail| tail.stage.as_ref());
-    let Stage {
-        round,
-        stage,
-        tasks,
-    } = stages.max_by_key(|stage| stage.round)?;
+    let Stage { round, name, tasks } = stages.max_by_key(|stage| stage.round)?;
     let of_it = tails.iter().filter(|tail| {
         tail.stage
             .as_ref()
@@ -169,7 +165,7 @@ fn stage(tails: &[Tail]) -> Option<StageStatus> {
     });
     let finished: BTreeSet<&String> = of_it.flat_map(|tail| &tail.of_stage).collect();
     Some(StageStatus {
-        name: stage.clone(),
+        name: name.clone(),
         round: round + 1,
         tasks: *tasks,
         finished: finished.len().min(*tasks),

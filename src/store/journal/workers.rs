@@ -336,7 +336,7 @@ impl Workers for WorkersJournal {
         let number = self.rounds.fetch_add(1, Ordering::Relaxed);
         let stage = Mark::Stage(super::marks::Stage {
             round: number,
-            stage: phase.name().to_owned(),
+            name: phase.name().to_owned(),
             tasks: keys.len(),
         });
         // For those who watch; a disk that is full is told with the first task.

@@ -55,7 +55,7 @@ pub struct PathSettings {
 
 /// Settings for lowering the tops of paths over a kinked energy.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct SeamSettings {
     /// Greatest distance between neighbouring points of the path; it must be less than the distance between kinks.
     pub spacing: f64,
@@ -63,6 +63,23 @@ pub struct SeamSettings {
     pub moves: usize,
     /// Greatest number of halvings of the point distance, which test whether the height is converged.
     pub halvings: usize,
+}
+
+impl Default for SeamSettings {
+    /// The settings for grasps, whose kinks are half a millimetre apart.
+    fn default() -> Self {
+        Self {
+            spacing: 5e-4,
+            moves: 100,
+            halvings: 2,
+        }
+    }
+}
+
+impl Default for BandSettings {
+    fn default() -> Self {
+        Self::for_scales(1.0, 1.0)
+    }
 }
 
 impl Default for PathSettings {
@@ -134,7 +151,7 @@ pub enum PathMethod {
 
 /// Settings of an elastic band.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct BandSettings {
     /// Initial spring stiffness, energy per length squared. It grows while images are spread unevenly and falls otherwise.
     pub spring: f64,

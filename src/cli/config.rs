@@ -1,0 +1,73 @@
+//! `landscape config`: prints the settings of a command as a file for its flag `--config`.
+
+use anyhow::ensure;
+use clap::{Args, ValueEnum};
+
+use super::args::Common;
+use super::stability::ProtocolName;
+use crate::cli::printing::{print, print_json};
+use crate::study::{ConfigurationFile, DEFAULT_PRESET};
+
+/// Print the settings of a command.
+#[derive(Debug, Args)]
+pub(super) struct Config {
+    /// The command.
+    #[arg(value_name = "COMMAND", value_enum)]
+    of: Configurable,
+    /// The preset of `synth`; `landscape help synth` lists them.
+    #[arg(long, value_name = "NAME")]
+    preset: Option<String>,
+    /// The protocol of `stability`.
+    #[arg(long, value_enum)]
+    protocol: Option<ProtocolName>,
+}
+
+/// Commands that read files of settings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Configurable {
+    /// For `synth --config`: energy and sampler.
+    Synth,
+    /// For `build --config`: chains, paths, descents and groups.
+    Build,
+    /// For `surface --config`: search, lowest part and groups.
+    Surface,
+    /// For `stability --settings`: the protocol.
+    Stability,
+}
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  landscape config build > mine.toml                       all settings of `build`, each with a comment
+  landscape build grasps.parquet --config mine.toml        the same map, until mine.toml is edited
+  landscape config synth --preset four_points              those of another energy
+  landscape config stability --protocol six-directions     those of another protocol
+
+A file may leave out any of its keys; the defaults hold for them. Keys that begin with # are measured, depend on the
+energy, or have no default. Unknown keys are refused. Flags override the file.";
+
+pub(super) fn run(command: &Config, common: &Common) -> anyhow::Result<()> {
+    ensure!(
+        command.preset.is_none() || command.of == Configurable::Synth,
+        "--preset: only `synth` has presets"
+    );
+    ensure!(
+        command.protocol.is_none() || command.of == Configurable::Stability,
+        "--protocol: only `stability` has protocols"
+    );
+    let file = match command.of {
+        Configurable::Synth => {
+            ConfigurationFile::Synth(command.preset.as_deref().unwrap_or(DEFAULT_PRESET))
+        }
+        Configurable::Build => ConfigurationFile::Build,
+        Configurable::Surface => ConfigurationFile::Surface,
+        Configurable::Stability => {
+            let protocol = command.protocol.unwrap_or(ProtocolName::Drop);
+            ConfigurationFile::Stability(protocol.numbers())
+        }
+    };
+    if common.json {
+        return print_json(&file.values()?);
+    }
+    print(&file.text()?);
+    Ok(())
+}

@@ -1,0 +1,349 @@
+//! Files of settings: what `landscape config` prints, and what `build --config` and `surface --config` read.
+//!
+//! A template beside this file explains each key in a comment and names no value: the values are those of the program, so
+//! the printed file cannot differ from them. [`Experiment`] reads the files of `synth`, and the protocols of `stability` read
+//! themselves.
+
+mod ranges;
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use super::experiment::overlay;
+use super::settings::default_map;
+use super::{Experiment, ExperimentError, GraspMapSettings};
+use crate::evaluation::stability::Protocol;
+use crate::formats::toml_text;
+use crate::limits::Beyond;
+use crate::topography::{GroupSettings, LowestSettings, MapSettings, SearchSettings};
+
+const SYNTH: &str = include_str!("synth.txt");
+const BUILD: &str = include_str!("build.txt");
+const SURFACE: &str = include_str!("surface.txt");
+const DROP: &str = include_str!("drop.txt");
+const SIX_DIRECTIONS: &str = include_str!("six_directions.txt");
+
+/// A file of settings that `landscape config` prints.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ConfigurationFile<'a> {
+    /// Of `synth`: the preset of this name.
+    Synth(&'a str),
+    /// Of `build`.
+    Build,
+    /// Of `surface`.
+    Surface,
+    /// Of `stability`.
+    Stability(Protocol),
+}
+
+impl ConfigurationFile<'_> {
+    /// The whole file with a comment on each key. Read back, it gives the defaults.
+    ///
+    /// # Errors
+    /// If there is no preset of that name.
+    ///
+    /// # Panics
+    /// Never: settings are plain data.
+    pub fn text(&self) -> Result<String, ExperimentError> {
+        let (template, values, examples) = self.parts()?;
+        Ok(rendered(template, &values, &examples))
+    }
+
+    /// The settings alone, as they are without a file.
+    ///
+    /// # Errors
+    /// If there is no preset of that name.
+    ///
+    /// # Panics
+    /// Never: settings are plain data.
+    pub fn values(&self) -> Result<Table, ExperimentError> {
+        Ok(self.parts()?.1)
+    }
+
+    /// The template, the values, and examples for keys that have none.
+    fn parts(&self) -> Result<(&'static str, Table, Table), ExperimentError> {
+        Ok(match self {
+            Self::Synth(preset) => {
+                let mut values = plain(&Experiment::preset(preset)?);
+                values.insert("preset".to_owned(), Value::from(*preset));
+                (SYNTH, values, plain(&Experiment::default()))
+            }
+            Self::Build => {
+                let values = plain(&BuildFile {
+                    diagram: Some(false),
+                    sequential: Some(false),
+                    map: Some(default_map()),
+                    ..BuildFile::default()
+                });
+                (BUILD, values, Table::new())
+            }
+            Self::Surface => (SURFACE, plain(&SurfaceFile::standard()), Table::new()),
+            Self::Stability(protocol) => {
+                let template = match protocol {
+                    Protocol::Drop(_) => DROP,
+                    Protocol::SixDirections(_) => SIX_DIRECTIONS,
+                };
+                (template, plain(protocol), Table::new())
+            }
+        })
+    }
+}
+
+/// Fills in a template: `key` becomes `key = value`. `key ~` is measured or depends on the energy, and `key ? example` has no
+/// value, so both begin with `#`, as do all keys of a section that is missing.
+fn rendered(template: &str, values: &Table, examples: &Table) -> String {
+    let mut text = String::new();
+    let (mut section, mut missing) = (Vec::new(), false);
+    for line in template.lines() {
+        if line.is_empty() || line.starts_with('#') {
+            let _ = writeln!(text, "{line}");
+        } else if let Some(name) = line.strip_prefix('[') {
+            section = name.trim_end_matches(']').split('.').collect();
+            missing = at(values, &section).is_none();
+            let _ = writeln!(text, "{}{line}", if missing { "#" } else { "" });
+        } else {
+            let mut words = line.splitn(3, ' ');
+            let key = words.next().unwrap_or_default();
+            let mark = words.next();
+            let path: Vec<&str> = section.iter().copied().chain([key]).collect();
+            let value = at(values, &path);
+            let hidden = missing || mark == Some("~") || value.is_none();
+            let shown = value.or_else(|| at(examples, &path)).map_or_else(
+                || words.next().unwrap_or_default().to_owned(),
+                ToString::to_string,
+            );
+            let _ = writeln!(text, "{}{key} = {shown}", if hidden { "#" } else { "" });
+        }
+    }
+    text
+}
+
+/// The value of a path of keys.
+fn at<'a>(table: &'a Table, path: &[&str]) -> Option<&'a Value> {
+    let (last, before) = path.split_last()?;
+    let mut table = table;
+    for key in before {
+        table = table.get(*key)?.as_table()?;
+    }
+    table.get(*last)
+}
+
+fn plain(settings: &impl Serialize) -> Table {
+    Table::try_from(settings).expect("settings are plain data with text keys")
+}
+
+/// Why a file of settings cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ConfigurationError {
+    /// The file cannot be read.
+    #[error("cannot read {}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file holds something else.
+    #[error("{} does not hold settings of `landscape {verb}` (`landscape config {verb}` prints them)", path.display())]
+    Toml {
+        /// The file.
+        path: PathBuf,
+        /// The command that was to read it.
+        verb: &'static str,
+        /// Why.
+        source: Box<toml::de::Error>,
+    },
+    /// A number is out of its range.
+    #[error("{}: {key} = {beyond}", path.display())]
+    Range {
+        /// The file.
+        path: PathBuf,
+        /// The key, with its sections.
+        key: String,
+        /// Its value and its range.
+        beyond: Beyond,
+    },
+}
+
+/// A file as it was given: its keys and values, of which none is unknown.
+#[derive(Debug, Clone)]
+struct Given {
+    path: PathBuf,
+    verb: &'static str,
+    table: Table,
+}
+
+impl Given {
+    /// Reads a file that may hold any part of a `T`.
+    fn read<T: for<'a> Deserialize<'a>>(
+        path: &Path,
+        verb: &'static str,
+    ) -> Result<(Self, T), ConfigurationError> {
+        let text = std::fs::read_to_string(path).map_err(|source| ConfigurationError::Read {
+            path: path.to_path_buf(),
+            source,
+        })?;
+        let given = |table| Self {
+            path: path.to_path_buf(),
+            verb,
+            table,
+        };
+        // Read as what it must be first, so that errors name lines.
+        let typed = toml_text::parse(&text).map_err(|error| given(Table::new()).refused(error))?;
+        let table = toml::from_str(&text).map_err(|error| given(Table::new()).refused(error))?;
+        let given = given(table);
+        ranges::check(&given.table).map_err(|(key, beyond)| ConfigurationError::Range {
+            path: path.to_path_buf(),
+            key,
+            beyond,
+        })?;
+        Ok((given, typed))
+    }
+
+    fn refused(&self, source: toml::de::Error) -> ConfigurationError {
+        ConfigurationError::Toml {
+            path: self.path.clone(),
+            verb: self.verb,
+            source: Box::new(source),
+        }
+    }
+
+    /// The settings in which the values of a section of the file replace those of `usual`.
+    fn over<T: Serialize + for<'a> Deserialize<'a>>(
+        &self,
+        section: &str,
+        usual: &T,
+    ) -> Result<T, ConfigurationError> {
+        let mut table = plain(usual);
+        if let Some(Value::Table(given)) = self.table.get(section) {
+            overlay(&mut table, given.clone());
+        }
+        table.try_into().map_err(|error| self.refused(error))
+    }
+}
+
+/// The keys of a file of `build`.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct BuildFile {
+    temperature: Option<f64>,
+    force: Option<f64>,
+    diagram: Option<bool>,
+    sequential: Option<bool>,
+    map: Option<MapSettings>,
+}
+
+impl GraspMapSettings {
+    /// These settings with the values of a file (TOML) in place of theirs.
+    ///
+    /// # Errors
+    /// If the file cannot be read, has unknown keys, or a number is out of its range.
+    pub fn with_file(self, path: &Path) -> Result<Self, ConfigurationError> {
+        let (given, file) = Given::read::<BuildFile>(path, "build")?;
+        Ok(Self {
+            map: given.over("map", &self.map)?,
+            temperature: file.temperature.or(self.temperature),
+            force: file.force.or(self.force),
+            diagram: file.diagram.unwrap_or(self.diagram),
+            sequential: file.sequential.unwrap_or(self.sequential),
+        })
+    }
+}
+
+/// The keys of a file of `surface`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct SurfaceFile {
+    search: Option<SearchSettings>,
+    lowest: Option<LowestSettings>,
+    groups: Option<GroupSettings>,
+}
+
+impl SurfaceFile {
+    fn standard() -> Self {
+        Self {
+            search: Some(SearchSettings::default()),
+            lowest: Some(LowestSettings::default()),
+            groups: Some(GroupSettings::default()),
+        }
+    }
+}
+
+/// Settings of a search of a surface from a file (TOML).
+#[derive(Debug, Clone, Default)]
+pub struct SurfaceConfiguration(Option<Given>);
+
+impl SurfaceConfiguration {
+    /// Reads a file. Without one, nothing is changed.
+    ///
+    /// # Errors
+    /// If the file cannot be read, has unknown keys, or a number is out of its range.
+    pub fn read(path: Option<&Path>) -> Result<Self, ConfigurationError> {
+        let read = |path| Given::read::<SurfaceFile>(path, "surface").map(|(given, _)| given);
+        Ok(Self(path.map(read).transpose()?))
+    }
+
+    /// The seed of all random draws, if the file sets it.
+    pub fn seed(&self) -> Option<u64> {
+        match at(&self.0.as_ref()?.table, &["search", "seed"]) {
+            Some(Value::Integer(seed)) => u64::try_from(*seed).ok(),
+            _ => None,
+        }
+    }
+
+    /// The settings of the search in place of those measured on the surface. If the file sets the length or the energy, all
+    /// that follows from these follows from its values.
+    ///
+    /// # Errors
+    /// Never after [`Self::read`].
+    pub fn search(&self, measured: SearchSettings) -> Result<SearchSettings, ConfigurationError> {
+        let Some(given) = &self.0 else {
+            return Ok(measured);
+        };
+        let number = |key| match at(&given.table, &["search", key]) {
+            Some(Value::Float(number)) => Some(*number),
+            Some(Value::Integer(number)) => Some(*number as f64),
+            _ => None,
+        };
+        let usual = match (number("energy"), number("length")) {
+            (None, None) => measured,
+            (energy, length) => SearchSettings {
+                seed: measured.seed,
+                ..SearchSettings::for_scales(
+                    energy.unwrap_or(measured.energy),
+                    length.unwrap_or(measured.length),
+                )
+            },
+        };
+        given.over("search", &usual)
+    }
+
+    /// The settings of the search for the lowest part in place of the usual ones.
+    ///
+    /// # Errors
+    /// Never after [`Self::read`].
+    pub fn lowest(&self, usual: LowestSettings) -> Result<LowestSettings, ConfigurationError> {
+        match &self.0 {
+            Some(given) => given.over("lowest", &usual),
+            None => Ok(usual),
+        }
+    }
+
+    /// The settings of the groups in place of the usual ones.
+    ///
+    /// # Errors
+    /// Never after [`Self::read`].
+    pub fn groups(&self, usual: GroupSettings) -> Result<GroupSettings, ConfigurationError> {
+        match &self.0 {
+            Some(given) => given.over("groups", &usual),
+            None => Ok(usual),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,65 @@
+//! Ranges of the numbers in files of settings.
+
+use toml::{Table, Value};
+
+use crate::limits::{
+    Beyond, COUNT_SETTING, COUNT_SETTING_OR_ZERO, EFFORT_SETTING, GRID_SETTING, Limit,
+    NEIGHBOURS_SETTING, POSITIVE_SETTING, SEED_SETTING, SETTING, SHARE,
+};
+
+/// Keys of numbers that are not merely positive. All others that are written with a point are [`POSITIVE_SETTING`]s, and all
+/// whole ones are [`COUNT_SETTING`]s.
+const RANGES: [(&str, Limit); 29] = [
+    ("attempts", COUNT_SETTING),
+    ("barrier", SETTING),
+    ("ceiling", SETTING),
+    ("coarse_iterations", COUNT_SETTING_OR_ZERO),
+    ("choice_rounds", COUNT_SETTING_OR_ZERO),
+    ("confirm_rounds", COUNT_SETTING_OR_ZERO),
+    ("decisive_replicas", COUNT_SETTING_OR_ZERO),
+    ("energy_tolerance", SETTING),
+    ("halvings", GRID_SETTING),
+    ("highest", SETTING),
+    ("insertions", GRID_SETTING),
+    ("iterations", COUNT_SETTING_OR_ZERO),
+    ("join_rounds", COUNT_SETTING_OR_ZERO),
+    ("least_rounds", COUNT_SETTING_OR_ZERO),
+    ("max_evaluations", EFFORT_SETTING),
+    ("max_searches", EFFORT_SETTING),
+    ("max_steps", EFFORT_SETTING),
+    ("moves", COUNT_SETTING_OR_ZERO),
+    ("neighbours", NEIGHBOURS_SETTING),
+    ("refinement_steps", COUNT_SETTING_OR_ZERO),
+    ("replicas", COUNT_SETTING_OR_ZERO),
+    ("resamplings", COUNT_SETTING_OR_ZERO),
+    ("retry_rounds", COUNT_SETTING_OR_ZERO),
+    ("rivalry", SHARE),
+    ("rounds", COUNT_SETTING_OR_ZERO),
+    ("roughness", SETTING),
+    ("seed", SEED_SETTING),
+    ("segments", NEIGHBOURS_SETTING),
+    ("settled", SHARE),
+];
+
+/// Checks all numbers of a table; the error has the key with its sections.
+pub(super) fn check(table: &Table) -> Result<(), (String, Beyond)> {
+    for (key, value) in table {
+        let (value, usual) = match value {
+            Value::Table(table) => {
+                check(table).map_err(|(under, beyond)| (format!("{key}.{under}"), beyond))?;
+                continue;
+            }
+            Value::Float(number) => (*number, POSITIVE_SETTING),
+            Value::Integer(number) => (*number as f64, COUNT_SETTING),
+            _ => continue,
+        };
+        let limit = RANGES
+            .iter()
+            .find_map(|(name, limit)| (name == key).then_some(*limit));
+        limit
+            .unwrap_or(usual)
+            .check(value)
+            .map_err(|beyond| (key.clone(), beyond))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,336 @@
+use std::collections::BTreeSet;
+
+use super::*;
+use crate::evaluation::stability::{Drop, SixDirections};
+use crate::grasp::EnergySettings;
+use crate::study::settings::map_of;
+use crate::topography::MapSettings;
+
+fn file(text: &str) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.toml");
+    std::fs::write(&path, text).unwrap();
+    (folder, path)
+}
+
+fn all() -> Vec<ConfigurationFile<'static>> {
+    let presets = ["closed", "four_points", "paper", "released"];
+    let mut all: Vec<_> = presets.map(ConfigurationFile::Synth).into();
+    all.extend([
+        ConfigurationFile::Build,
+        ConfigurationFile::Surface,
+        ConfigurationFile::Stability(Protocol::Drop(Drop::default())),
+        ConfigurationFile::Stability(Protocol::SixDirections(SixDirections::default())),
+        ConfigurationFile::Stability(Protocol::SixDirections(SixDirections::rigid())),
+    ]);
+    all
+}
+
+/// The paths of all keys that are not sections.
+fn keys(table: &Table) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    for (key, value) in table {
+        match value {
+            // The unit of an energy is a table of one number.
+            Value::Table(under) if key != "unit" => {
+                found.extend(keys(under).iter().map(|under| format!("{key}.{under}")));
+            }
+            _ => {
+                found.insert(key.clone());
+            }
+        }
+    }
+    found
+}
+
+/// The text without the signs that hide keys.
+fn shown(text: &str) -> String {
+    let shown = text.lines().map(|line| match line.strip_prefix('#') {
+        Some(rest) if !rest.is_empty() && !rest.starts_with(' ') => rest,
+        _ => line,
+    });
+    shown.collect::<Vec<_>>().join("\n")
+}
+
+fn settings_of_build(energy: &EnergySettings) -> GraspMapSettings {
+    GraspMapSettings {
+        map: map_of(energy, 7.0),
+        temperature: None,
+        force: None,
+        diagram: false,
+        sequential: false,
+    }
+}
+
+/// What a text means to the program, as a table, whatever reads it.
+fn read(of: &ConfigurationFile<'_>, text: &str) -> Result<Table, String> {
+    let (_folder, path) = file(text);
+    let told = |error: &dyn std::error::Error| crate::printable::sentence(error);
+    match of {
+        ConfigurationFile::Synth(_) => {
+            let found = Experiment::read(&path).map_err(|error| told(&error))?;
+            Ok(plain(&found))
+        }
+        ConfigurationFile::Build => {
+            let found = settings_of_build(&EnergySettings::default()).with_file(&path);
+            let found = found.map_err(|error| told(&error))?;
+            Ok(plain(&BuildFile {
+                temperature: found.temperature,
+                force: found.force,
+                diagram: Some(found.diagram),
+                sequential: Some(found.sequential),
+                map: Some(found.map),
+            }))
+        }
+        ConfigurationFile::Surface => {
+            let found = SurfaceConfiguration::read(Some(&path)).map_err(|error| told(&error))?;
+            let mut search = found.search(SearchSettings::for_scales(3.0, 0.2)).unwrap();
+            search.seed = found.seed().unwrap_or(search.seed);
+            Ok(plain(&SurfaceFile {
+                search: Some(search),
+                lowest: Some(found.lowest(LowestSettings::default()).unwrap()),
+                groups: Some(found.groups(GroupSettings::default()).unwrap()),
+            }))
+        }
+        ConfigurationFile::Stability(_) => {
+            let found: Protocol = toml_text::parse(text).map_err(|error| error.to_string())?;
+            found.validate().map_err(|error| told(&error))?;
+            Ok(plain(&found))
+        }
+    }
+}
+
+/// A printed file changes nothing, whatever energy or surface it is used for.
+#[test]
+fn printed_files_give_the_defaults() {
+    for of in all() {
+        let text = of.text().unwrap();
+        let found = read(&of, &text).unwrap();
+        let usual = match &of {
+            ConfigurationFile::Synth(preset) => plain(&Experiment::preset(preset).unwrap()),
+            _ => read(
+                &of,
+                if matches!(of, ConfigurationFile::Stability(_)) {
+                    &text
+                } else {
+                    ""
+                },
+            )
+            .unwrap(),
+        };
+        assert_eq!(found, usual, "{of:?}");
+        if let ConfigurationFile::Stability(protocol) = &of {
+            assert_eq!(found, plain(protocol));
+        }
+    }
+    let (_folder, path) = file(&ConfigurationFile::Build.text().unwrap());
+    for energy in [
+        EnergySettings::four_points(),
+        EnergySettings::paper(),
+        EnergySettings::closed(),
+    ] {
+        let usual = settings_of_build(&energy);
+        let found = usual.clone().with_file(&path).unwrap();
+        assert_eq!(found.map, usual.map);
+    }
+}
+
+/// Every key of the settings is in its template with a comment above it, and every key of the template exists.
+#[test]
+fn templates_explain_every_key() {
+    for of in all() {
+        let text = of.text().unwrap();
+        let told: Table = toml::from_str(&shown(&text)).unwrap();
+        let mut known = keys(&of.values().unwrap());
+        let told = keys(&told);
+        known.extend(
+            told.iter()
+                .filter(|key| {
+                    let without_value =
+                        ["temperature", "force", "barrier", "highest", "hop_length_m"];
+                    without_value.contains(&key.rsplit('.').next().unwrap_or_default())
+                        || key.contains("layer.")
+                        || key.contains("grips.")
+                })
+                .cloned(),
+        );
+        assert_eq!(told, known, "{of:?}");
+        let lines: Vec<&str> = text.lines().collect();
+        for (number, line) in lines.iter().enumerate() {
+            if line.contains(" = ") && !line.starts_with("# ") {
+                let above = lines[number - 1];
+                assert!(above.starts_with("# "), "{of:?}: no comment on `{line}`");
+            }
+        }
+    }
+}
+
+/// Other values that a setting can take.
+fn others(key: &str, value: &Value) -> Vec<Value> {
+    match value {
+        Value::Boolean(is) => vec![Value::from(!is)],
+        Value::Integer(number) => [1, 2, -1].map(|more| Value::from(number + more)).into(),
+        Value::Float(number) => [0.5 * number, 0.9 * number, 0.25, 2.0 * number + 1.0]
+            .map(Value::from)
+            .into(),
+        Value::Array(numbers) => [0.5, 2.0]
+            .map(|factor| {
+                let scaled = numbers
+                    .iter()
+                    .map(|number| Value::from(factor * number.as_float().unwrap()));
+                Value::Array(scaled.collect())
+            })
+            .into(),
+        Value::String(_) if key == "unit" => {
+            vec![Value::Table(Table::from_iter([(
+                "metres".to_owned(),
+                Value::from(0.1),
+            )]))]
+        }
+        Value::String(_) => {
+            let words: &[&str] = match key {
+                "candidates" => &["fingertips", "all"],
+                "force_closure_form" | "distance_form" => &["square", "norm"],
+                "rank_form" => &["sum", "least"],
+                "prior_form" => &["norm", "standard_scores", "quadratic"],
+                "sampler" => &["annealed", "hopping", "released"],
+                "start" => &["gaussian", "surface"],
+                "contact_moves" => &["uniform", "heat_bath"],
+                "step_scales" => &["metric", "levers"],
+                "refinement" => &["held", "noisy", "pressed", "none", "quench"],
+                "method" | "paths" => &["band"],
+                "worst" => &["chain", "saddle"],
+                "combine" => &["average", "minimum"],
+                "preset" | "protocol" => &[],
+                other => panic!("no other value of {other} is known"),
+            };
+            words.iter().map(|word| Value::from(*word)).collect()
+        }
+        Value::Table(_) | Value::Datetime(_) => vec![Value::from("object_radius")],
+    }
+}
+
+fn set(table: &mut Table, path: &[&str], value: Value) {
+    match path {
+        [key] => {
+            table.insert((*key).to_owned(), value);
+        }
+        [section, rest @ ..] => {
+            let under = table.entry(*section).or_insert_with(|| Table::new().into());
+            set(under.as_table_mut().unwrap(), rest, value);
+        }
+        [] => {}
+    }
+}
+
+/// Each key alone changes the setting of its name.
+#[test]
+fn every_key_can_be_changed() {
+    for of in all() {
+        let text = of.text().unwrap();
+        let whole: Table = toml::from_str(&shown(&text)).unwrap();
+        let preset = at(&whole, &["preset"]).cloned();
+        let protocol = at(&whole, &["protocol"]).cloned();
+        for key in keys(&whole) {
+            let path: Vec<&str> = key.split('.').collect();
+            let name = path[path.len() - 1];
+            if ["preset", "protocol"].contains(&name) {
+                continue;
+            }
+            let before = at(&whole, &path).unwrap();
+            let attempts: Vec<(Value, Result<Table, String>)> = others(name, before)
+                .into_iter()
+                .filter(|value| value != before)
+                .map(|value| {
+                    let mut given = Table::new();
+                    for (key, value) in [("preset", &preset), ("protocol", &protocol)] {
+                        if let Some(value) = value {
+                            given.insert(key.to_owned(), value.clone());
+                        }
+                    }
+                    // A protocol has the three numbers of its friction, or none.
+                    if let ["friction", _] = path.as_slice() {
+                        set(&mut given, &path[..1], whole["friction"].clone());
+                    }
+                    set(&mut given, &path, value.clone());
+                    let found = read(&of, &given.to_string());
+                    (value, found)
+                })
+                .collect();
+            let done = attempts.iter().any(|(value, found)| {
+                found
+                    .as_ref()
+                    .is_ok_and(|found| at(found, &path) == Some(value))
+            });
+            assert!(done, "{of:?}: {key} cannot be changed: {attempts:?}");
+        }
+    }
+}
+
+#[test]
+fn mistakes_name_file_and_line() {
+    let usual = || settings_of_build(&EnergySettings::default());
+    let sentence = |text: &str| {
+        let (_folder, path) = file(text);
+        let told = |error: ConfigurationError| crate::printable::sentence(&error);
+        (
+            usual().with_file(&path).map_err(told).unwrap_err(),
+            SurfaceConfiguration::read(Some(&path))
+                .map_err(told)
+                .unwrap_err(),
+        )
+    };
+    let (build, surface) = sentence("# mine\n[map]\nneigbours = 3\n[search]\nstepps = 3\n");
+    for words in ["mine.toml", "landscape config build", "line 3", "neigbours"] {
+        assert!(build.contains(words), "{build}");
+    }
+    for words in ["mine.toml", "landscape config surface", "line 2"] {
+        assert!(surface.contains(words), "{surface}");
+    }
+    for (text, words) in [
+        ("[map]\nneighbours = -1\n", "line 2"),
+        (
+            "[map]\nneighbours = 0\n",
+            "map.neighbours = 0 is not from 1",
+        ),
+        (
+            "[map.path]\nsegments = 1000000000\n",
+            "map.path.segments = 1e9 is not",
+        ),
+        (
+            "[map.chain]\ntemperature = nan\n",
+            "map.chain.temperature = NaN is not",
+        ),
+        (
+            "[map.chain]\ntemperature = inf\n",
+            "map.chain.temperature = inf is not",
+        ),
+        ("force = -1.0\n", "force = -1 is not"),
+        ("[map", "line 1"),
+    ] {
+        let (build, _) = sentence_of_build(text);
+        assert!(build.contains(words), "{text}: {build}");
+    }
+    let absent = usual().with_file(Path::new("absent.toml")).unwrap_err();
+    assert_eq!(absent.to_string(), "cannot read absent.toml");
+}
+
+fn sentence_of_build(text: &str) -> (String, PathBuf) {
+    let (_folder, path) = file(text);
+    let error = settings_of_build(&EnergySettings::default())
+        .with_file(&path)
+        .unwrap_err();
+    (crate::printable::sentence(&error), path)
+}
+
+/// What follows from a length and an energy follows from those of the file, and other keys still override it.
+#[test]
+fn scales_of_a_file_replace_those_that_were_measured() {
+    let (_folder, path) = file("[search]\nlength = 4.0\nquench = { max_evaluations = 7 }\n");
+    let found = SurfaceConfiguration::read(Some(&path)).unwrap();
+    let found = found.search(SearchSettings::for_scales(3.0, 0.2)).unwrap();
+    let mut expected = SearchSettings::for_scales(3.0, 4.0);
+    expected.quench.max_evaluations = 7;
+    assert_eq!(found, expected);
+    assert_ne!(MapSettings::default(), default_map());
+}
