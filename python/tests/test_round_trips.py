@@ -7,7 +7,7 @@ import pytest
 from conftest import LINES
 
 ROWS = 5
-LINE = LINES.get("program", LINES["package"])
+LINE = LINES.get("program") or LINES["package"]
 
 
 def filtered_by_pandas(source, target):

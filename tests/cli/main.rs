@@ -8,6 +8,7 @@ mod flags;
 mod given_grasps;
 mod interruptions;
 mod json;
+mod manuals;
 mod objects;
 mod outputs;
 mod provenance;

@@ -357,7 +357,7 @@ fn every_usual_compression_is_read() {
     ];
     for codec in codecs {
         let (_folder, path) = place("grasps.parquet");
-        let mut parts = of(&file(40));
+        let mut parts = of(&file(12));
         parts.compression = codec;
         parts.write(&path);
         let bytes = bytes::Bytes::from(fs::read(&path).unwrap());
@@ -373,7 +373,7 @@ fn every_usual_compression_is_read() {
             "{told:?} is not {name}"
         );
         let (found, warnings) = read(&path).unwrap();
-        assert_eq!(found, file(40), "{codec:?}");
+        assert!(found == file(12), "{codec:?}");
         assert_eq!(warnings, []);
     }
 }
