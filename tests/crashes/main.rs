@@ -277,26 +277,31 @@ fn cut_short(run: &Run, percent: &[usize]) {
     }
 }
 
-/// A full disk, simulated by a limit on file sizes. It gives one error message and no incomplete file.
+/// Runs a command that may write files of so many blocks of 512 bytes, as on a full disk, and checks that it says so.
+fn on_a_full_disk(desk: &Desk, blocks: usize, line: &str) {
+    let program = desk.command("");
+    let output = Command::new("sh")
+        // Ignored, so that writes fail as they do on a full disk instead of ending the process.
+        .args(["-c", "trap '' XFSZ; ulimit -f $0; exec \"$@\""])
+        .arg(blocks.to_string())
+        .arg(program.get_program())
+        .args(line.split_whitespace())
+        .current_dir(desk.folder.path())
+        .output()
+        .unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{blocks} blocks: {said}");
+    assert_says(&said, &["error: ", "cannot write ", "File too large"]);
+    assert_eq!(said.lines().count(), 1, "{said}");
+}
+
+/// A full disk. It gives one error message and no incomplete file.
 fn out_of_space(run: &Run) {
     let desk = run.desk();
     // Units of 512 bytes: the first file of all, a record, a result.
     for blocks in [0, 8, 160] {
         let before = records(&desk.path(run.journal));
-        let program = desk.command("");
-        let output = Command::new("sh")
-            // Ignored, so that writes fail as they do on a full disk instead of ending the process.
-            .args(["-c", "trap '' XFSZ; ulimit -f $0; exec \"$@\""])
-            .arg(blocks.to_string())
-            .arg(program.get_program())
-            .args(format!("{} -q --threads 2", run.line).split_whitespace())
-            .current_dir(desk.folder.path())
-            .output()
-            .unwrap();
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(1), "{blocks} blocks: {said}");
-        assert_says(&said, &["error: ", "cannot write ", "File too large"]);
-        assert_eq!(said.lines().count(), 1, "{said}");
+        on_a_full_disk(&desk, blocks, &format!("{} -q --threads 2", run.line));
         run.check_wreck(&desk, &before);
         assert_eq!(run.files(&desk), Files::new());
     }

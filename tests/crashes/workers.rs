@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use super::desk::{Desk, assert_says};
 use super::records::records;
-use super::{BUILD, Run, SYNTH};
+use super::{BUILD, Run, SYNTH, on_a_full_disk};
 
 impl Run {
     fn worker(&self, desk: &Desk, number: usize, count: usize) -> Child {
@@ -210,24 +210,12 @@ fn workers_of_other_runs_are_refused() {
     assert!(!desk.path("g.parquet.workers").exists());
 }
 
-/// The disk of one worker is full, simulated by a limit on file sizes: it ends with one sentence, and another does the rest.
+/// The disk of one worker is full: it ends with one sentence, and another does the rest.
 #[test]
 fn a_worker_on_a_full_disk() {
     let desk = SYNTH.desk();
     for blocks in [0, 8] {
-        let program = desk.command("");
-        let output = std::process::Command::new("sh")
-            .args(["-c", "trap '' XFSZ; ulimit -f $0; exec \"$@\""])
-            .arg(blocks.to_string())
-            .arg(program.get_program())
-            .args(format!("{} -q --worker 1/2", SYNTH.line).split_whitespace())
-            .current_dir(desk.folder.path())
-            .output()
-            .unwrap();
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(1), "{blocks} blocks: {said}");
-        assert_says(&said, &["error: ", "cannot write ", "File too large"]);
-        assert_eq!(said.lines().count(), 1, "{said}");
+        on_a_full_disk(&desk, blocks, &format!("{} -q --worker 1/2", SYNTH.line));
     }
     assert!(SYNTH.worker(&desk, 2, 2).wait().unwrap().success());
     assert_eq!(SYNTH.times_done(&desk).len(), 10);

@@ -629,6 +629,8 @@ mod tests {
         // It takes over the other's last task, and the other sees this.
         assert_eq!(next(0), Some(3));
         two.put("task 1", b"one").unwrap();
+        // Journals are not read again at once.
+        std::thread::sleep(Duration::from_millis(300));
         let waiting = std::thread::scope(|scope| {
             let waiting = scope.spawn(|| rounds[1].next().unwrap());
             std::thread::sleep(Duration::from_millis(200));
