@@ -641,6 +641,11 @@ mod tests {
         assert_eq!(waiting, None);
         assert_eq!(rounds[1].finished(), 4);
         assert_eq!(two.get("task 3").unwrap().unwrap(), b"three");
+        assert_eq!(
+            rounds[0].next().unwrap(),
+            None,
+            "it reads what the other did"
+        );
         drop(rounds);
         assert_eq!(one.len(), 4);
         assert!(matches!(
