@@ -23,6 +23,9 @@ pub(super) struct Common {
     /// Say on standard error what is being done, and why.
     #[arg(long, short, global = true, conflicts_with = "quiet")]
     pub(super) verbose: bool,
+    /// Write the lines on standard error (progress, warnings, errors) as texts, or each as a JSON document.
+    #[arg(long, global = true, value_name = "FORMAT", default_value = "text")]
+    pub(super) log_format: LogFormat,
     /// Overwrite the output even if this program did not make it, if it may have been edited, or if it is also an input.
     #[arg(long, global = true)]
     pub(super) force: bool,
@@ -106,6 +109,15 @@ pub(super) struct HandAndObject {
     /// size); all measures are then computed anew, and labels and outcomes of simulations are dropped.
     #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) object: Option<String>,
+}
+
+/// Format of the lines on standard error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum LogFormat {
+    /// Sentences, and bars at a terminal.
+    Text,
+    /// One JSON document in each line; docs/scripts.md describes them.
+    Json,
 }
 
 /// Relaxation method of paths.

@@ -16,7 +16,9 @@ use crate::cli::printing::{explain, print_landscapes};
 use crate::grasp::GraspEnergy;
 use crate::limits::ENERGY_SCALE;
 use crate::store::{AtomicFolder, GraspFile, Population, Source, content_hash};
-use crate::study::{GraspMapSettings, GraspReport, StudyError, StudyRun, map_population};
+use crate::study::{
+    GraspLandscape, GraspMapSettings, GraspReport, StudyError, StudyRun, map_population,
+};
 use crate::topography::Run;
 
 /// Map a landscape.
@@ -136,7 +138,7 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
 }
 
 /// Removes the grasps that did not hold in simulation.
-fn keep_stable(file: &mut GraspFile, path: &Path) -> anyhow::Result<()> {
+pub(super) fn keep_stable(file: &mut GraspFile, path: &Path) -> anyhow::Result<()> {
     anyhow::ensure!(
         file.grasps.iter().any(|grasp| grasp.stable.is_some()),
         "--only-stable: no grasp of {} was simulated: run `landscape stability` on it first",
@@ -222,11 +224,26 @@ fn build(
             settings.map.neighbours
         )
     });
-    let bytes = std::fs::read(&command.grasps)?;
-    let fingerprint = fingerprint(&bytes, &population, &settings)?;
+    let mapping = Mapping {
+        population: &population,
+        energy: &energy,
+        settings: &settings,
+        source: Source {
+            name: name_of(&command.grasps),
+            content_hash: content_hash(&[&std::fs::read(&command.grasps)?]),
+        },
+        warnings,
+        with_page: !command.page.no_report,
+    };
     if let Some(worker) = command.share.worker()? {
         let plain = AtomicFolder::left_journal(output).unwrap_or_default();
-        let journal = open_worker(output, &plain, &fingerprint, worker, common.quiet)?;
+        let journal = open_worker(
+            output,
+            &plain,
+            &mapping.fingerprint()?,
+            worker,
+            common.quiet,
+        )?;
         let watch = Watch::new(common.quiet);
         let run = StudyRun {
             run: Run {
@@ -240,64 +257,96 @@ fn build(
         map_population(&population, &energy, &settings, &run)?;
         return end_worker(journal, &watch, worker, output, common);
     }
-    let unfinished = Unfinished::open(output, &fingerprint, &command.again, common.quiet)?;
-    let watch = Watch::new(common.quiet);
-    let run = StudyRun {
-        run: Run {
-            journal: &stoppable(&unfinished.journal),
-            observer: &|news| watch.see(news),
-            ..Run::default()
-        },
-        stage_ended: &|name, evaluations| watch.lap(name, evaluations),
-    };
-    let found = match map_population(&population, &energy, &settings, &run) {
-        Err(error @ StudyError::OneMinimum { .. }) => {
-            unfinished.discard()?;
-            return Err(error.into());
-        }
-        found => found?,
-    };
-    explain(|| {
-        format!(
-            "temperature and force of the chains: {}",
-            found.choice.spell()
-        )
-    });
-    let report = GraspReport {
-        found: &found,
-        energy: &energy,
-        population: &population,
-        source: Source {
-            name: name_of(&command.grasps),
-            content_hash: content_hash(&[&bytes]),
-        },
-        command: common.provenance.command.clone(),
-        warnings,
-    };
-    let text = report.write(&unfinished.folder)?;
-    if !command.page.no_report {
-        let known = population.grasps.iter();
-        let held = known.filter_map(|grasp| Some((grasp.id, grasp.stable?)));
-        report::write_into(&unfinished.folder, &held.collect(), common)?;
-    }
-    unfinished.conclude(watch, &text)
+    let written = mapping.write(output, &command.again, common)?;
+    written.unfinished.conclude(written.watch, &written.summary)
 }
 
-/// Fingerprint that distinguishes the journals of different runs.
-fn fingerprint(
-    bytes: &[u8],
-    population: &Population<'_>,
-    settings: &GraspMapSettings,
-) -> anyhow::Result<String> {
-    Ok(content_hash(&[
-        bytes,
-        serde_json::to_string(&settings.map_settings())?.as_bytes(),
-        // Hand and object as changed by the flags --hand and --object.
-        serde_json::to_string(population.object)?.as_bytes(),
-        serde_json::to_string(population.hand)?.as_bytes(),
-        &population.scale.to_le_bytes(),
-        &(population.grasps.len() as u64).to_le_bytes(),
-        &[u8::from(settings.sequential), u8::from(settings.diagram)],
-        env!("CARGO_PKG_VERSION").as_bytes(),
-    ]))
+/// A population that is to be mapped, and how.
+pub(super) struct Mapping<'a> {
+    pub(super) population: &'a Population<'a>,
+    pub(super) energy: &'a GraspEnergy,
+    pub(super) settings: &'a GraspMapSettings,
+    /// The file of the grasps.
+    pub(super) source: Source,
+    pub(super) warnings: Vec<String>,
+    /// Whether report.html is written.
+    pub(super) with_page: bool,
+}
+
+/// A mapped population, whose folder lacks its final name.
+pub(super) struct Written {
+    pub(super) found: GraspLandscape,
+    pub(super) unfinished: Unfinished,
+    pub(super) watch: Watch,
+    pub(super) summary: String,
+}
+
+impl Mapping<'_> {
+    /// Maps the population and writes all files into the unfinished folder of `output`.
+    pub(super) fn write(
+        &self,
+        output: &Path,
+        again: &Again,
+        common: &Common,
+    ) -> anyhow::Result<Written> {
+        let unfinished = Unfinished::open(output, &self.fingerprint()?, again, common.quiet)?;
+        let watch = Watch::new(common.quiet);
+        let run = StudyRun {
+            run: Run {
+                journal: &stoppable(&unfinished.journal),
+                observer: &|news| watch.see(news),
+                ..Run::default()
+            },
+            stage_ended: &|name, evaluations| watch.lap(name, evaluations),
+        };
+        let found = match map_population(self.population, self.energy, self.settings, &run) {
+            Err(error @ StudyError::OneMinimum { .. }) => {
+                unfinished.discard()?;
+                return Err(error.into());
+            }
+            found => found?,
+        };
+        explain(|| {
+            format!(
+                "temperature and force of the chains: {}",
+                found.choice.spell()
+            )
+        });
+        let report = GraspReport {
+            found: &found,
+            energy: self.energy,
+            population: self.population,
+            source: self.source.clone(),
+            command: common.provenance.command.clone(),
+            warnings: self.warnings.clone(),
+        };
+        let summary = report.write(&unfinished.folder)?;
+        if self.with_page {
+            let known = self.population.grasps.iter();
+            let held = known.filter_map(|grasp| Some((grasp.id, grasp.stable?)));
+            report::write_into(&unfinished.folder, &held.collect(), common)?;
+        }
+        Ok(Written {
+            found,
+            unfinished,
+            watch,
+            summary,
+        })
+    }
+
+    /// Distinguishes the journals of different runs.
+    pub(super) fn fingerprint(&self) -> anyhow::Result<String> {
+        let (population, settings) = (self.population, self.settings);
+        Ok(content_hash(&[
+            self.source.content_hash.as_bytes(),
+            serde_json::to_string(&settings.map_settings())?.as_bytes(),
+            // Hand and object as changed by the flags --hand and --object.
+            serde_json::to_string(population.object)?.as_bytes(),
+            serde_json::to_string(population.hand)?.as_bytes(),
+            &population.scale.to_le_bytes(),
+            &(population.grasps.len() as u64).to_le_bytes(),
+            &[u8::from(settings.sequential), u8::from(settings.diagram)],
+            env!("CARGO_PKG_VERSION").as_bytes(),
+        ]))
+    }
 }

@@ -39,6 +39,7 @@ mod run;
 mod stability;
 mod status;
 mod surface;
+mod survey;
 mod synth;
 mod thermodynamics;
 mod workers;
@@ -98,6 +99,9 @@ enum Command {
     /// Show which of several sets of grasps is more diverse
     #[command(after_help = diversity::EXAMPLES)]
     Diversity(diversity::Diversity),
+    /// Map all grasps of a data set, and show what its objects cover, share and lack
+    #[command(after_help = survey::EXAMPLES)]
+    Survey(survey::Survey),
     /// Compute heat capacity, occupation of minima and free energies of a landscape against temperature
     #[command(after_help = thermodynamics::EXAMPLES)]
     Thermodynamics(thermodynamics::Thermodynamics),
@@ -136,6 +140,7 @@ Examples:
   landscape draw grasps.landscape --lowest 50              grasps.view/: the same pictures of its 50 lowest minima
   landscape diff warm.landscape cold.landscape             the minima and merges that moved
   landscape diversity one.parquet other.parquet            which of the two sets of grasps is more diverse
+  landscape survey grasps/                                 grasps.survey/: what the files of a whole data set cover
 
 A landscape consists of the local minima of the energy and of the barriers between them; docs/glossary.md explains the
 terms. `landscape help synth`, `landscape help build` and so on describe the commands.";
@@ -225,7 +230,7 @@ fn status(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> u
 
 fn execute(arguments: &Arguments) -> anyhow::Result<()> {
     let common = &arguments.common;
-    printing::begin(common.json, common.verbose);
+    printing::begin(common);
     common.threads().and_then(|()| {
         explain(|| {
             format!(
@@ -249,6 +254,7 @@ fn execute(arguments: &Arguments) -> anyhow::Result<()> {
             Command::Compare(command) => compare::run(command, common),
             Command::Diff(command) => diff::run(command, common),
             Command::Diversity(command) => diversity::run(command, common),
+            Command::Survey(command) => survey::run(command, common),
             Command::Thermodynamics(command) => thermodynamics::run(command, common),
             Command::Rates(command) => rates::run(command, common),
             Command::Config(command) => config::run(command, common),

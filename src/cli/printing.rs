@@ -4,11 +4,12 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::args::Common;
+use super::args::{Common, LogFormat};
 use crate::printable::{self, printable, printable_json};
 use crate::store::LandscapeFiles;
 
@@ -25,9 +26,33 @@ pub(super) fn shown(text: &str) -> String {
     printable(text, OURS).into_owned()
 }
 
-/// Writes a line to standard error. A closed terminal is ignored.
+/// Writes a line to standard error, or with `--log-format json` a JSON document. A closed terminal is ignored.
 pub(super) fn complain(line: &str) {
-    let _ = writeln!(io::stderr(), "{}", printable(line, OURS));
+    if !LOG_AS_JSON.load(Ordering::Relaxed) {
+        let _ = writeln!(io::stderr(), "{}", printable(line, OURS));
+        return;
+    }
+    let (level, message) = ["error", "warning", "note"]
+        .iter()
+        .find_map(|level| Some((*level, line.strip_prefix(level)?.strip_prefix(": ")?)))
+        .unwrap_or(("info", line));
+    log(level, json!({ "message": shown(message) }));
+}
+
+/// Writes a JSON document of one line to standard error.
+pub(super) fn log(level: &str, mut document: Value) {
+    document["level"] = level.into();
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    document["unix_seconds"] = json!((1e3 * since.unwrap_or_default().as_secs_f64()).round() / 1e3);
+    let _ = writeln!(io::stderr(), "{document}");
+}
+
+/// Whether lines on standard error are JSON documents (`--log-format json`).
+static LOG_AS_JSON: AtomicBool = AtomicBool::new(false);
+
+/// Whether lines on standard error are JSON documents.
+pub(super) fn logs_json() -> bool {
+    LOG_AS_JSON.load(Ordering::Relaxed)
 }
 
 /// Whether standard output holds one JSON document instead of texts (`--json`).
@@ -37,14 +62,20 @@ static AS_JSON: AtomicBool = AtomicBool::new(false);
 static VERBOSE: AtomicBool = AtomicBool::new(false);
 
 /// Sets what is printed by the command that begins.
-pub(super) fn begin(json: bool, verbose: bool) {
-    AS_JSON.store(json, Ordering::Relaxed);
-    VERBOSE.store(verbose, Ordering::Relaxed);
+pub(super) fn begin(common: &Common) {
+    AS_JSON.store(common.json, Ordering::Relaxed);
+    VERBOSE.store(common.verbose, Ordering::Relaxed);
+    LOG_AS_JSON.store(common.log_format == LogFormat::Json, Ordering::Relaxed);
 }
 
 /// Writes a line about what is being done to standard error, if the user wants to know (`--verbose`).
 pub(super) fn explain(line: impl FnOnce() -> String) {
-    if VERBOSE.load(Ordering::Relaxed) {
+    if !VERBOSE.load(Ordering::Relaxed) {
+        return;
+    }
+    if logs_json() {
+        log("detail", json!({ "message": shown(&line()) }));
+    } else {
         complain(&line());
     }
 }

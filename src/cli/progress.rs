@@ -9,11 +9,15 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
+use serde_json::{Value, json};
 
-use crate::cli::printing::complain;
+use crate::cli::printing::{complain, log, logs_json};
 
-/// Time between two lines if standard error is a file or a pipe.
-const PERIOD: Duration = Duration::from_secs(30);
+/// Time before the first line if standard error is a file or a pipe, and longest time between two lines. In between, the time
+/// is this share of what has passed, so that a log of a long run stays short.
+const FIRST: Duration = Duration::from_secs(5);
+const LONGEST: Duration = Duration::from_mins(1);
+const SHARE: f64 = 0.1;
 
 /// All bars, so that they can be removed from the terminal.
 static BARS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
@@ -31,7 +35,7 @@ pub(super) fn without_bars<T>(work: impl FnOnce() -> T) -> T {
     BARS.suspend(work)
 }
 
-/// A progress bar. Without a terminal, it prints a line every [`PERIOD`] until it is finished or dropped.
+/// A progress bar. Without a terminal, it prints lines until it is finished or dropped.
 pub(super) struct Bar {
     bar: ProgressBar,
     lines: Option<Lines>,
@@ -55,7 +59,7 @@ impl Bar {
 /// A bar for `total` items called `what`; hidden without a terminal.
 pub(super) fn bar(what: &str, total: u64, quiet: bool) -> Bar {
     let quiet = quiet && !WANTED.load(Ordering::Relaxed);
-    let bar = if quiet {
+    let bar = if quiet || logs_json() {
         ProgressBar::hidden()
     } else {
         BARS.add(ProgressBar::new(total))
@@ -67,8 +71,15 @@ pub(super) fn bar(what: &str, total: u64, quiet: bool) -> Bar {
     bar.set_style(style);
     bar.set_length(total);
     bar.set_message(what.to_owned());
-    let lines = (!quiet && !std::io::stderr().is_terminal())
-        .then(|| Lines::start(PERIOD, bar.clone(), |line| complain(&line)));
+    let lines = (!quiet && (logs_json() || !std::io::stderr().is_terminal())).then(|| {
+        Lines::start(FIRST, bar.clone(), |bar| {
+            if logs_json() {
+                log("progress", document(bar));
+            } else {
+                complain(&line(bar));
+            }
+        })
+    });
     Bar { bar, lines }
 }
 
@@ -92,11 +103,17 @@ struct Lines {
 }
 
 impl Lines {
-    fn start(period: Duration, bar: ProgressBar, say: impl Fn(String) + Send + 'static) -> Self {
+    fn start(
+        first: Duration,
+        bar: ProgressBar,
+        say: impl Fn(&ProgressBar) + Send + 'static,
+    ) -> Self {
         let (stop, stopped) = channel();
         let thread = std::thread::spawn(move || {
+            let mut period = first;
             while stopped.recv_timeout(period) == Err(RecvTimeoutError::Timeout) {
-                say(line(&bar));
+                say(&bar);
+                period = bar.elapsed().mul_f64(SHARE).clamp(first, LONGEST);
             }
         });
         Self {
@@ -131,6 +148,24 @@ fn line(bar: &ProgressBar) -> String {
     }
 }
 
+/// The same as a JSON document.
+fn document(bar: &ProgressBar) -> Value {
+    let total = bar.length().filter(|total| *total > 0);
+    let done = bar.position();
+    let elapsed = bar.elapsed().as_secs_f64();
+    let left = total.filter(|_| done > 0).map(|total| {
+        let rate = done as f64 / elapsed;
+        total.saturating_sub(done) as f64 / rate
+    });
+    json!({
+        "what": bar.message(),
+        "done": total.map(|_| done),
+        "total": total,
+        "elapsed_s": elapsed,
+        "left_s": left,
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::mpsc::channel;
@@ -144,19 +179,24 @@ mod tests {
         bar.set_message("grasps");
         bar.set_position(3);
         let (sender, told) = channel();
-        let lines = Lines::start(Duration::from_millis(1), bar.clone(), move |line| {
-            let _ = sender.send(line);
+        let lines = Lines::start(Duration::from_millis(1), bar.clone(), move |bar| {
+            let _ = sender.send((super::line(bar), document(bar)));
         });
-        let line = told.recv().unwrap();
+        let (line, document) = told.recv().unwrap();
         assert!(line.starts_with("grasps: 3 of 8 in "), "{line}");
+        assert_eq!(
+            (&document["what"], &document["done"], &document["total"]),
+            (&json!("grasps"), &json!(3), &json!(8))
+        );
+        assert!(document["left_s"].is_number(), "{document}");
         bar.set_position(4);
         assert!(
             told.iter()
-                .any(|line| line.starts_with("grasps: 4 of 8 in "))
+                .any(|(line, _)| line.starts_with("grasps: 4 of 8 in "))
         );
         drop(lines);
         // The thread and its sender have ended.
-        assert!(told.iter().all(|line| line.starts_with("grasps: ")));
+        assert!(told.iter().all(|(line, _)| line.starts_with("grasps: ")));
         bar.set_length(0);
         assert!(super::line(&bar).ends_with("so far"));
     }

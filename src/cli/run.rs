@@ -34,10 +34,8 @@ impl Unfinished {
 
     /// Writes the timings, gives the folder its final name, and shows the summary.
     pub(super) fn conclude(self, watch: Watch, summary: &str) -> anyhow::Result<()> {
-        watch.lap("write", 0);
         let quiet = watch.quiet;
-        watch.timings().write(&self.folder)?;
-        let finished = self.finish()?;
+        let finished = self.finish(watch)?;
         if !quiet {
             print(summary);
             complain(&format!("wrote {}", finished.display()));
@@ -45,8 +43,10 @@ impl Unfinished {
         Ok(())
     }
 
-    /// Gives the folder its final name, and removes what workers have left.
-    fn finish(self) -> Result<PathBuf, StoreError> {
+    /// Writes the timings, gives the folder its final name, and removes what workers have left.
+    pub(super) fn finish(self, watch: Watch) -> Result<PathBuf, StoreError> {
+        watch.lap("write", 0);
+        watch.timings().write(&self.folder)?;
         self.journal.remove_others()?;
         // The lock is held to the very end, except on Windows, where an open file prevents renaming its folder.
         let lock = (!cfg!(windows)).then_some(self.journal);

@@ -78,7 +78,7 @@ pub use leaf::{Leaf, group, leaves_of};
 #[cfg(feature = "topography")]
 pub use leaf_values::LeafValues;
 #[cfg(feature = "topography")]
-pub use rarefaction::rarefaction_chart;
+pub use rarefaction::{rarefaction_chart, rarefaction_panel};
 #[cfg(feature = "grasp")]
 pub use scene::{Camera, Cone, Marker, Scene, Surface};
 #[cfg(feature = "grasp")]

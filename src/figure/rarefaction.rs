@@ -10,10 +10,21 @@ const BAND: f64 = 1.96;
 /// Named curves of several ways to group the same members, with 95 % bands. A vertical line marks the number of members at
 /// hand; the curves are dashed beyond it. `members` is the plural noun for the members.
 pub fn rarefaction_chart(title: &str, members: &str, curves: &[(&str, &Rarefaction)]) -> Chart {
-    let mut marks = Vec::new();
+    let mut panel = Panel {
+        legend: Some(Corner::UpperLeft),
+        ..rarefaction_panel(title, members, curves)
+    };
     if let Some((_, first)) = curves.first() {
-        marks.push(Series::new(Mark::Vertical(first.members as f64)));
+        let at_hand = Series::new(Mark::Vertical(first.members as f64));
+        panel.series.insert(0, at_hand);
     }
+    Chart::new("", vec![panel])
+}
+
+/// Named curves, of the same or of different members, with 95 % bands and without a legend. Each is dashed beyond the number
+/// of its members at hand. `members` is the plural noun for the members.
+pub fn rarefaction_panel(title: &str, members: &str, curves: &[(&str, &Rarefaction)]) -> Panel {
+    let mut marks = Vec::new();
     for (number, (name, found)) in curves.iter().enumerate() {
         let colour = series(number);
         let (inside, mut beyond): (Vec<&Rarefied>, Vec<&Rarefied>) =
@@ -37,16 +48,12 @@ pub fn rarefaction_chart(title: &str, members: &str, curves: &[(&str, &Rarefacti
         marks.push(Series::line(line(&inside)).named(name).coloured(colour));
         marks.push(Series::line(line(&beyond)).coloured(colour).dashed());
     }
-    let panel = Panel {
-        legend: Some(Corner::UpperLeft),
-        ..Panel::new(
-            title,
-            Axis::linear(&format!("{members} used")),
-            Axis::linear("expected number found"),
-            marks,
-        )
-    };
-    Chart::new("", vec![panel])
+    Panel::new(
+        title,
+        Axis::linear(&format!("{members} used")),
+        Axis::linear("expected number found"),
+        marks,
+    )
 }
 
 #[cfg(test)]

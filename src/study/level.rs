@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::grasp::EnergySettings;
 use crate::store::Manifest;
@@ -20,7 +20,7 @@ pub const GROUP_LEVEL: f64 = 10.0 * ROUGHNESS;
 const TIE: f64 = 1e-9;
 
 /// The level of groups: a relative barrier and its unit.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct GroupLevel {
     /// Greatest relative barrier within a group, in units of the energy.
     pub barrier: f64,

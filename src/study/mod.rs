@@ -24,6 +24,7 @@
 //! | a landscape with curvatures | heat capacity, occupation, free energies | [`Thermodynamics::new`] |
 //! | a landscape with curvatures, two sets of minima | rates, committors, pathways | [`Kinetics::new`] |
 //! | two landscapes | the types that each of them holds | [`compare_types`] |
+//! | files of grasps of many objects | what all of them cover, share and lack | [`Survey::new`] with [`SurveyedPopulation`]s |
 //! | files of grasps, landscapes | which of them is more diverse | [`compare_diversity`] with [`DiversitySet`]s |
 //!
 //! Long calls work in parallel on the threads of rayon's current pool and take a [`Run`]: the journal of finished tasks, and
@@ -113,6 +114,7 @@ mod statistics;
 mod surface;
 mod surface_map;
 mod surface_space;
+mod survey;
 mod synthesis;
 mod tables;
 mod thermodynamics;
@@ -169,6 +171,10 @@ use surface::spell;
 pub use surface::{Subject, SurfaceReport, search_surface};
 pub use surface_map::{SurfaceMap, SurfaceMapReport, map_surface};
 pub use surface_space::{Coordinates, CoordinatesError, in_region, onto, surface_space};
+pub use survey::{
+    HandSurvey, KindCounts, SharedContacts, Survey, SurveyFailure, SurveyedFamily, SurveyedMap,
+    SurveyedPopulation,
+};
 pub use synthesis::{
     Keep, Origin, PopulationSettings, Synthesis, synthesize_chains, synthesize_population,
 };

@@ -133,17 +133,47 @@ impl Run<'_> {
         outcomes.collect()
     }
 
+    /// The outcomes of `tasks` as [`Run::each`] has them, but one task after the other, each of which may use all threads
+    /// itself. An error of a task ends the run and is not stored.
+    pub(crate) fn in_turn<K, T: Serialize + DeserializeOwned, E: From<JournalError>>(
+        &self,
+        phase: Phase,
+        tasks: &[K],
+        key: impl Fn(&K) -> String,
+        mut work: impl FnMut(&K) -> Result<T, E>,
+    ) -> Result<Vec<T>, E> {
+        let keys: Vec<String> = tasks.iter().map(key).collect();
+        if let Some(workers) = self.workers {
+            let round = workers.begin(phase, &keys);
+            while let Some(next) = round.next()? {
+                self.try_remember(&keys[next], || work(&tasks[next]))?;
+            }
+        }
+        let tasks = keys.iter().zip(tasks);
+        tasks
+            .map(|(key, task)| self.try_remember(key, || work(task)))
+            .collect()
+    }
+
     /// The stored outcome of task `key`, or else that of `work`, which is stored. Unreadable records are ignored.
     pub(crate) fn remember<T: Serialize + DeserializeOwned>(
         &self,
         key: &str,
         work: impl FnOnce() -> T,
     ) -> Result<T, JournalError> {
+        self.try_remember(key, || Ok(work()))
+    }
+
+    fn try_remember<T: Serialize + DeserializeOwned, E: From<JournalError>>(
+        &self,
+        key: &str,
+        work: impl FnOnce() -> Result<T, E>,
+    ) -> Result<T, E> {
         let known = self.journal.get(key);
         if let Some(value) = known.and_then(|record| serde_json::from_slice(&record).ok()) {
             return Ok(value);
         }
-        let value = work();
+        let value = work()?;
         // The records of this module are plain structs of numbers, text and lists, which can always be written as JSON.
         if let Ok(record) = serde_json::to_vec(&value) {
             self.journal.put(key, &record)?;

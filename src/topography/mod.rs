@@ -46,7 +46,7 @@ pub use merges::{Merge, minimax_path};
 pub use minima::{HoppingSettings, MatchTolerance, Rejected, distinct, hop, quench_all};
 pub use network::{Edge, Evidence, Minimum, MinimumId, Network};
 pub use path::{BandSettings, Pass, Path, PathMethod, PathSettings, SeamSettings};
-use progress::Tally;
+pub(crate) use progress::Tally;
 pub use progress::{Observer, Phase, Progress};
 pub use rarefaction::{Completeness, LEAST_MEMBERS, Rarefaction, Rarefied};
 pub use scales::Scales;

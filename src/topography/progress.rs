@@ -36,6 +36,8 @@ pub enum Phase {
     Label,
     /// Judging grasps.
     Judge,
+    /// Surveying the populations of a data set.
+    Survey,
 }
 
 impl Phase {
@@ -54,6 +56,7 @@ impl Phase {
             Self::Synthesize => "chains",
             Self::Simulate | Self::Label | Self::Judge => "grasps",
             Self::Hop | Self::Pairs => "searching",
+            Self::Survey => "populations",
         }
     }
 }

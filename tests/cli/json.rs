@@ -10,7 +10,7 @@ use crate::desk::Desk;
 use crate::{contents, grasps, landscape};
 
 /// Section of the page, and a command of which it describes the document.
-const RUNS: [(&str, &str); 37] = [
+const RUNS: [(&str, &str); 39] = [
     (
         "synth",
         "synth --object ball -n 4 --preset four_points --steps 40 --keep all --drop 2 -o s.parquet",
@@ -69,6 +69,11 @@ const RUNS: [(&str, &str); 37] = [
     ),
     ("diff", "diff g.landscape other.landscape"),
     ("diversity", "diversity thirty.parquet"),
+    (
+        "survey",
+        "survey g.parquet thirty.parquet --first 30 --no-map -o counted.survey",
+    ),
+    ("survey", "survey g.parquet --first 3 --no-report"),
     ("thermodynamics", "thermodynamics muller-brown.landscape"),
     (
         "rates",
@@ -303,4 +308,42 @@ fn standard_output_holds_the_document_alone() {
     assert!(told.contains("read 6 grasps from g.parquet"), "{told}");
     let output = desk.run("label absent.parquet --json");
     assert_eq!((output.status.code(), output.stdout), (Some(1), Vec::new()));
+}
+
+/// With `--log-format json`, standard error holds one document in each line, and the outputs are the same.
+#[test]
+fn lines_may_be_documents() {
+    let desk = Desk::with_grasps();
+    let lines = |line: &str| -> Vec<Value> {
+        let output = desk.run(line);
+        let said = String::from_utf8(output.stderr).unwrap();
+        said.lines()
+            .map(|line| serde_json::from_str(line).expect(&said))
+            .collect()
+    };
+    let level = |lines: &[Value], level: &str| -> Vec<String> {
+        let of = lines.iter().filter(|line| line["level"] == level);
+        of.map(|line| line["message"].as_str().unwrap().to_owned())
+            .collect()
+    };
+    let told = lines("label g.parquet -v --log-format json -o l.parquet");
+    assert!(
+        told.iter()
+            .all(|line| line["unix_seconds"].as_f64().unwrap() > 1e9)
+    );
+    assert!(
+        level(&told, "info").contains(&"wrote l.parquet".to_owned()),
+        "{told:?}"
+    );
+    assert!(!level(&told, "detail").is_empty(), "{told:?}");
+    let told = lines("label missing.parquet --log-format json");
+    let [error] = level(&told, "error").try_into().unwrap();
+    assert!(
+        error.contains("missing.parquet") && !error.starts_with("error"),
+        "{error}"
+    );
+    desk.succeed("label g.parquet -q -o plain.parquet");
+    let [plain, logged] =
+        ["plain.parquet", "l.parquet"].map(|name| fs::read(desk.path(name)).unwrap());
+    assert!(plain == logged, "the same bytes");
 }

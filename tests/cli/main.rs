@@ -14,6 +14,7 @@ mod outputs;
 mod provenance;
 mod settings;
 mod spoilt_grasps;
+mod survey;
 
 #[path = "../desk/mod.rs"]
 mod desk;

@@ -15,7 +15,7 @@ use crate::desk::Desk;
 use crate::{PATIENT, contents, grasps, landscape};
 
 /// Runs of every verb that records its command. Together they use all its flags. `@` stands for the folder of the inputs.
-const RUNS: [(&str, &[&str]); 15] = [
+const RUNS: [(&str, &[&str]); 17] = [
     (
         "synth",
         &[
@@ -228,10 +228,31 @@ const RUNS: [(&str, &[&str]); 15] = [
         "stability",
         &["@/-g.parquet", "--protocol", "six-directions"],
     ),
+    (
+        "survey",
+        &[
+            "@/held $1.parquet",
+            "--only-stable",
+            "--first",
+            "3",
+            "--group-barrier",
+            "0.05",
+            "--config",
+            "@/map it's.toml",
+            "--seed",
+            "5",
+            "--object",
+            "ball",
+        ],
+    ),
+    (
+        "survey",
+        &["@/-g.parquet", "--no-map", "--hand", "@/own's hand.urdf"],
+    ),
 ];
 
 /// Flags that do not change the output of these verbs, with the reason.
-const WITHOUT_TRACE: [(&str, &str); 16] = [
+const WITHOUT_TRACE: [(&str, &str); 17] = [
     (
         "drop",
         "tells how a sample fares; the file is written before",
@@ -240,6 +261,7 @@ const WITHOUT_TRACE: [(&str, &str); 16] = [
     ("quiet", "tells less"),
     ("json", "tells the same in another form"),
     ("verbose", "tells more"),
+    ("log-format", "tells the same in another form"),
     (
         "force",
         "changes nothing but whether there was something before",
@@ -361,11 +383,15 @@ fn written(path: &Path) -> BTreeMap<String, Vec<u8>> {
                 bytes,
             )
         })
-        .filter(|(name, _)| name != "timings.json")
+        .filter(|(name, _)| !name.ends_with("timings.json"))
         .collect()
 }
 
 fn recorded(path: &Path) -> String {
+    if let Ok(survey) = fs::read(path.join("survey.json")) {
+        let survey: serde_json::Value = serde_json::from_slice(&survey).unwrap();
+        return survey["command"].as_str().unwrap().to_owned();
+    }
     if path.is_dir() {
         return LandscapeFiles::read(path).unwrap().manifest.command;
     }
@@ -454,6 +480,11 @@ fn recorded_label_remakes_the_file() {
 #[test]
 fn recorded_stability_remakes_the_file() {
     remade("stability");
+}
+
+#[test]
+fn recorded_survey_remakes_the_folder() {
+    remade("survey");
 }
 
 /// A new flag must be in [`RUNS`] or in the list of flags that leave no trace, with the reason.

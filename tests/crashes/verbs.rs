@@ -46,7 +46,7 @@ const fn verb(
     }
 }
 
-const VERBS: [Verb; 24] = [
+const VERBS: [Verb; 25] = [
     verb("synth", FEW, &[], true),
     verb("build", "build few.parquet", &["few.parquet"], false),
     verb("surface", SURFACE.line, &[], true),
@@ -70,6 +70,12 @@ const VERBS: [Verb; 24] = [
         "diversity",
         "diversity thirty.parquet",
         &["thirty.parquet"],
+        false,
+    ),
+    verb(
+        "survey",
+        "survey g.parquet few.parquet --no-map -o all.survey",
+        &["g.parquet", "few.parquet"],
         false,
     ),
     verb(

@@ -31,6 +31,8 @@ struct Settled<'a> {
     x: Span,
     y: Span,
     y_ticks: Ticks,
+    /// Whether the given texts of the x axis are too long to stand side by side, so that they run upward.
+    upward: bool,
 }
 
 impl Chart {
@@ -88,7 +90,7 @@ impl Chart {
                 top: corner[1] + if titled { 1.55 * TEXT } else { 0.6 * TICK_TEXT },
                 right: corner[0] + cell[0] - one.right_margin(),
                 bottom: corner[1] + cell[1]
-                    - (TICK + BESIDE + 1.1 * TICK_TEXT)
+                    - (TICK + BESIDE + in_row().map(Settled::x_texts).fold(0.0, f64::max))
                     - if labelled { 1.3 * LABEL } else { 0.0 },
             };
             one.draw(&mut canvas, frame, corner, &colours);
@@ -110,12 +112,16 @@ impl Chart {
         ];
         let room = f64::from(self.panel_size[1]) - 4.0 * TEXT;
         let y_ticks = fitting(&panel.y, &y, room, |_| 1.6 * TICK_TEXT);
-        Ok(Settled {
+        let mut settled = Settled {
             panel,
             x,
             y,
             y_ticks,
-        })
+            upward: false,
+        };
+        let width = f64::from(self.panel_size[0]) - settled.left_margin();
+        settled.upward = !fit(&panel.x.ticks, &x, width, beside);
+        Ok(settled)
     }
 }
 
@@ -128,15 +134,24 @@ fn fitting(axis: &Axis, span: &Span, room: f64, length: impl Fn(&str) -> f64) ->
     let mut wanted = 7;
     loop {
         let ticks = span.ticks(wanted);
-        let fits = ticks.windows(2).all(|pair| {
-            let apart = (span.part(pair[1].0) - span.part(pair[0].0)).abs() * room;
-            apart >= 0.5 * (length(&pair[0].1) + length(&pair[1].1))
-        });
-        if fits || wanted == 1 {
+        if fit(&ticks, span, room, &length) || wanted == 1 {
             return ticks;
         }
         wanted -= 1;
     }
+}
+
+/// Whether the texts of neighbouring ticks do not overlap on an axis of length `room`.
+fn fit(ticks: &[(f64, String)], span: &Span, room: f64, length: impl Fn(&str) -> f64) -> bool {
+    ticks.windows(2).all(|pair| {
+        let apart = (span.part(pair[1].0) - span.part(pair[0].0)).abs() * room;
+        apart >= 0.5 * (length(&pair[0].1) + length(&pair[1].1))
+    })
+}
+
+/// Length that a tick's text needs beside others.
+fn beside(text: &str) -> f64 {
+    text_width(text, TICK_TEXT, false) + 0.8 * TICK_TEXT
 }
 
 impl Settled<'_> {
@@ -154,8 +169,19 @@ impl Settled<'_> {
         label + longest + TICK + BESIDE
     }
 
+    /// Height of the texts at the ticks of the x axis.
+    fn x_texts(&self) -> f64 {
+        let ticks = self.panel.x.ticks.iter().filter(|_| self.upward);
+        ticks
+            .map(|(_, text)| text_width(text, TICK_TEXT, false))
+            .fold(1.1 * TICK_TEXT, f64::max)
+    }
+
     /// The longest overhang of a tick's text beyond the right end of the x axis.
     fn right_margin(&self) -> f64 {
+        if self.upward {
+            return 4.0;
+        }
         let given = &self.panel.x.ticks;
         let ticks = if given.is_empty() {
             self.x.ticks(5)
@@ -209,14 +235,18 @@ impl Settled<'_> {
         let at_y = |value: f64| bottom - self.y.part(value) * height;
         let [grid, tick] = [Stroke::solid(FAINT, 1.5), Stroke::solid(INK, 2.0)];
         let face = TextFace::new(TICK_TEXT, INK);
-        let length = |text: &str| text_width(text, TICK_TEXT, false) + 0.8 * TICK_TEXT;
-        let x_ticks = fitting(&self.panel.x, &self.x, width, length);
+        let x_ticks = fitting(&self.panel.x, &self.x, width, beside);
         for (value, text) in &x_ticks {
             let x = at_x(*value);
             canvas.line([x, bottom], [x, top], grid);
             canvas.line([x, bottom], [x, bottom + TICK], tick);
-            let y = bottom + TICK + BESIDE + 0.5 * TICK_TEXT;
-            canvas.text([x, y], text, face.anchored(Anchor::Middle));
+            let y = bottom + TICK + BESIDE;
+            if self.upward {
+                canvas.text([x, y], text, face.anchored(Anchor::End).upward());
+            } else {
+                let middle = [x, y + 0.5 * TICK_TEXT];
+                canvas.text(middle, text, face.anchored(Anchor::Middle));
+            }
         }
         for (value, text) in &self.y_ticks {
             let y = at_y(*value);
@@ -237,7 +267,7 @@ impl Settled<'_> {
         canvas.text(
             [
                 0.5 * (frame.left + right),
-                bottom + TICK + BESIDE + 1.25 * TICK_TEXT + 0.55 * LABEL,
+                bottom + TICK + BESIDE + self.x_texts() + 0.15 * TICK_TEXT + 0.55 * LABEL,
             ],
             label,
             face.fitted(label, width),

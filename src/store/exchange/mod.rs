@@ -21,7 +21,9 @@ use std::path::{Path, PathBuf};
 pub use mapping::{
     AngleUnit, Columns, Frame, JointColumns, LengthUnit, Mapping, RotationForm, Scale,
 };
-pub use write::{QposRow, dexgraspnet_npy, qpos, qpos_csv, qpos_npy, table_csv, table_json};
+pub use write::{
+    QposRow, csv_table, dexgraspnet_npy, qpos, qpos_csv, qpos_npy, table_csv, table_json,
+};
 
 use super::error::StoreError;
 use crate::formats::pickle::Node;

@@ -92,10 +92,11 @@ pub fn table_csv(grasps: &[&GraspRow], joint_names: &[String]) -> Vec<u8> {
         row.extend(grasp.grasp.pose.joints().iter().map(f64::to_string));
         row
     });
-    csv_of(std::iter::once(head.collect()).chain(rows))
+    csv_table(std::iter::once(head.collect()).chain(rows))
 }
 
-fn csv_of(rows: impl Iterator<Item = Vec<String>>) -> Vec<u8> {
+/// A table with commas, its head first. All rows have the same length.
+pub fn csv_table(rows: impl Iterator<Item = Vec<String>>) -> Vec<u8> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
         // Writing to a Vec cannot fail, and all rows have the same length.
@@ -186,7 +187,7 @@ pub fn qpos_csv(rows: &[QposRow], joint_names: &[String]) -> Vec<u8> {
         let numbers = row.qpos.iter().map(f64::to_string);
         std::iter::once(row.id.to_string()).chain(numbers).collect()
     });
-    csv_of(std::iter::once(head.collect()).chain(rows))
+    csv_table(std::iter::once(head.collect()).chain(rows))
 }
 
 /// A numpy table of qpos vectors, one grasp per row.

@@ -14,7 +14,7 @@ use crate::study::error::StudyError;
 use crate::study::level::GroupLevel;
 use crate::study::tables::group_of;
 use crate::study::{GraspSetting, MinimumName, Run};
-use crate::topography::Phase;
+use crate::topography::{Phase, Tally};
 
 /// Greatest gap of a touching point, metres: that of a contact in the strict filter.
 const TOUCHING_M: f64 = 0.002;
@@ -42,13 +42,7 @@ impl DiversitySet {
         for population in file.landscapes() {
             let (hand, object) = (population.hand()?, population.object()?);
             let counter = Counter::new(&hand, &object, rule);
-            let place = |row: &&GraspRow| {
-                let given = row.label.as_deref().filter(|label| !label.is_empty());
-                let place = counter.place(&row.grasp.pose, given);
-                tally.tick();
-                (place, 1)
-            };
-            places.par_extend(population.grasps.par_iter().map(place));
+            places.extend(counter.places(&population.grasps, &tally));
         }
         let families = Err(format!(
             "{name} is a file of grasps, whose families are not known before `landscape build` has mapped it"
@@ -116,27 +110,8 @@ impl DiversitySet {
 
     /// The counts of poses, each with its number of grasps.
     fn of_places(name: &str, families: Counts, places: &[(Place, usize)]) -> Self {
-        let count = |kind: &dyn Fn(&Place) -> Option<String>| {
-            let mut counts = BTreeMap::new();
-            for (place, grasps) in places {
-                if let Some(kind) = kind(place) {
-                    *counts.entry(kind).or_insert(0) += grasps;
-                }
-            }
-            counts
-        };
-        let named = |kind: &dyn Fn(&MinimumName) -> Option<String>| {
-            if let Some(why) = places
-                .iter()
-                .find_map(|(place, _)| place.name.as_ref().err())
-            {
-                return Err(format!("{name}: {}", why.words()));
-            }
-            Ok(count(&|place: &Place| kind(place.name.as_ref().ok()?)))
-        };
-        let types = named(&|name| name.number.map(|_| name.text().to_owned()));
-        let cells = named(&|name| name.cell.clone());
-        let contacts = Ok(count(&|place: &Place| Some(place.regions.clone())));
+        let [types, cells, contacts] =
+            count(places).map(|counts| counts.map_err(|why| format!("{name}: {}", why.words())));
         let mut set = Self::counted(name, Counted::Contacts, BTreeMap::new());
         set.grasps = places.iter().map(|(_, grasps)| grasps).sum();
         set.counts = [families, types, cells, contacts];
@@ -144,20 +119,65 @@ impl DiversitySet {
     }
 }
 
+/// The types, cells and contact regions of poses, each with its number of grasps.
+fn count(places: &[(Place, usize)]) -> [Result<BTreeMap<String, usize>, Inapplicable>; 3] {
+    let count = |kind: &dyn Fn(&Place) -> Option<String>| {
+        let mut counts = BTreeMap::new();
+        for (place, grasps) in places {
+            if let Some(kind) = kind(place) {
+                *counts.entry(kind).or_insert(0) += grasps;
+            }
+        }
+        counts
+    };
+    let inapplicable = places
+        .iter()
+        .find_map(|(place, _)| place.name.as_ref().err());
+    let named = |kind: &dyn Fn(&MinimumName) -> Option<String>| match inapplicable {
+        Some(why) => Err(*why),
+        None => Ok(count(&|place: &Place| kind(place.name.as_ref().ok()?))),
+    };
+    [
+        named(&|name| name.number.map(|_| name.text().to_owned())),
+        named(&|name| name.cell.clone()),
+        Ok(count(&|place: &Place| Some(place.regions.clone()))),
+    ]
+}
+
 /// Names poses of one hand on one object, and finds the parts of the hand that touch.
-struct Counter<'a> {
+pub(in crate::study) struct Counter<'a> {
     hand: &'a Hand,
     object: &'a Object,
     labeller: Labeller<'a>,
 }
 
 impl<'a> Counter<'a> {
-    fn new(hand: &'a Hand, object: &'a Object, rule: &'a Rule) -> Self {
+    pub(in crate::study) fn new(hand: &'a Hand, object: &'a Object, rule: &'a Rule) -> Self {
         Self {
             hand,
             object,
             labeller: Labeller::new(hand, object, rule),
         }
+    }
+
+    /// The types, cells and contact regions of grasps. Labels given by a human override the rule.
+    pub(in crate::study) fn count_grasps(
+        &self,
+        grasps: &[&GraspRow],
+        tally: &Tally<'_>,
+    ) -> [Result<BTreeMap<String, usize>, Inapplicable>; 3] {
+        count(&self.places(grasps, tally))
+    }
+
+    /// What each grasp counts as. A label given by a human overrides the rule.
+    fn places(&self, grasps: &[&GraspRow], tally: &Tally<'_>) -> Vec<(Place, usize)> {
+        let place = |row: &&GraspRow| {
+            let given = row.label.as_deref().filter(|label| !label.is_empty());
+            let place = self.place(&row.grasp.pose, given);
+            tally.tick();
+            (place, 1)
+        };
+        grasps.par_iter().map(place).collect()
     }
 
     /// What the pose `x` counts as; a label that was given overrides the rule.
@@ -174,7 +194,7 @@ impl<'a> Counter<'a> {
 
     /// The digits (and the palm) with a point at most [`TOUCHING_M`] off the object. Finer regions would make almost every
     /// grasp a kind of its own, and numbers of kinds that are all met once tell nothing.
-    fn touching(&self, x: &[f64]) -> String {
+    pub(in crate::study) fn touching(&self, x: &[f64]) -> String {
         let mut posed = PosedHand::default();
         self.hand.pose(x, &mut posed);
         let points = posed.points.iter().zip(&self.hand.surface);

@@ -14,6 +14,8 @@ use super::level::GroupLevel;
 use crate::agreement::{Estimated, hill_numbers};
 use crate::topography::LEAST_MEMBERS;
 
+pub(super) use counting::Counter;
+
 /// Settings of [`compare_diversity`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]

@@ -1,0 +1,376 @@
+//! The summary and the tables of a survey.
+
+use std::fmt::Write;
+
+use serde_json::{Value, json};
+
+use super::{HandSurvey, KindCounts, Survey, SurveyedPopulation};
+use crate::agreement::rarefied_hill_numbers;
+use crate::evaluation::taxonomy::Taxonomy;
+use crate::figure::MAKER;
+use crate::store::exchange::csv_table;
+use crate::topography::{LEAST_MEMBERS, Rarefaction};
+
+/// Most rows of a table in the summary. The tables in the CSV files have all rows.
+const ROWS: usize = 100;
+/// Most rows of the table of shared contacts.
+const SHARED_ROWS: usize = 12;
+
+impl Survey {
+    /// The summary as Markdown.
+    pub fn markdown(&self) -> String {
+        let grasps: usize = self.populations.iter().map(|one| one.grasps).sum();
+        let mut text = format!(
+            "# Survey of {grasps} grasps: {} on {}\n",
+            counted(self.hands.len(), "hand"),
+            counted(self.populations.len(), "population")
+        );
+        for hand in &self.hands {
+            self.hand(hand, &mut text);
+        }
+        text.push_str("\n## How to read this\n\n");
+        text.push_str(&self.explanation());
+        for note in &self.notes {
+            let _ = write!(text, "\nNote: {note}.\n");
+        }
+        if !self.failures.is_empty() {
+            let _ = write!(
+                text,
+                "\n## Not surveyed\n\n{} could not be read or built; the numbers above are of the others.\n\n",
+                counted(self.failures.len(), "file or population")
+            );
+            for failure in &self.failures {
+                let _ = writeln!(text, "- {}: {}", failure.file, failure.reason);
+            }
+        }
+        text
+    }
+
+    fn hand(&self, hand: &HandSurvey, text: &mut String) {
+        let _ = write!(
+            text,
+            "\n## {}: {} on {}\n\n",
+            hand.hand,
+            counted(hand.grasps, "grasp"),
+            counted(hand.populations.len(), "object")
+        );
+        for line in hand.lines() {
+            let _ = writeln!(text, "- {line}");
+        }
+        text.push('\n');
+        let head = [
+            "object",
+            "grasps",
+            "held",
+            "minima",
+            "families",
+            "families unseen",
+            "next known",
+            "types",
+            "cells",
+            "contact regions",
+            "effective types",
+            "effective families",
+            "usual types that lack",
+        ];
+        let rows = self.of_hand(hand).map(|one| self.row(one, hand));
+        table(text, &head, rows.take(ROWS));
+        if hand.populations.len() > ROWS {
+            let _ = write!(
+                text,
+                "\nThe first {ROWS} of {}; populations.csv has all.\n",
+                hand.populations.len()
+            );
+        }
+        if !hand.shared.is_empty() {
+            let _ = write!(
+                text,
+                "\nFamilies of {} by the digits with which they touch:\n\n",
+                hand.hand
+            );
+            let rows = hand.shared.iter().take(SHARED_ROWS).map(|set| {
+                vec![
+                    contacts_label(&set.contacts).to_owned(),
+                    set.populations.len().to_string(),
+                    set.families.to_string(),
+                    set.grasps.to_string(),
+                ]
+            });
+            table(text, &["touching", "objects", "families", "grasps"], rows);
+        }
+    }
+
+    /// The populations of a hand.
+    pub(super) fn of_hand<'a>(
+        &'a self,
+        hand: &'a HandSurvey,
+    ) -> impl Iterator<Item = &'a SurveyedPopulation> {
+        self.populations.iter().filter(|one| one.hand == hand.hand)
+    }
+
+    fn row(&self, one: &SurveyedPopulation, hand: &HandSurvey) -> Vec<String> {
+        let dash = || "–".to_owned();
+        let length = |counts: &Option<KindCounts>| {
+            counts.as_ref().map_or_else(dash, |c| c.len().to_string())
+        };
+        let effective =
+            |number: Option<f64>| number.map_or_else(dash, |number| format!("{number:.1}"));
+        let map = one.map.as_ref();
+        let complete = one.completeness();
+        let types = one
+            .types
+            .as_ref()
+            .and_then(|types| self.effective(types.values().copied()));
+        let families = map.and_then(|map| self.effective(map.sizes()));
+        vec![
+            hand.label(one, &self.populations),
+            one.grasps.to_string(),
+            if one.simulated == 0 {
+                dash()
+            } else {
+                format!("{} of {}", one.held, one.simulated)
+            },
+            map.map_or_else(dash, |map| map.minima.to_string()),
+            map.map_or_else(dash, |map| map.families.len().to_string()),
+            complete.map_or_else(dash, |told| {
+                let [low, high] = told.unseen_interval;
+                format!("{:.0} ({low:.0} to {high:.0})", told.unseen)
+            }),
+            complete.map_or_else(dash, |told| format!("{:.0} %", 100.0 * told.coverage)),
+            length(&one.types),
+            length(&one.cells),
+            one.contacts.len().to_string(),
+            effective(types),
+            effective(families),
+            hand.missing_types
+                .get(&one.name)
+                .map_or_else(String::new, |types| types.join(", ")),
+        ]
+    }
+
+    fn explanation(&self) -> String {
+        let mut text = "Families are groups of a landscape: grasps between which the hand passes over low barriers. \"Families \
+            unseen\" is a lower bound of what the grasps have not shown (Chao1, with its 95 % interval), and \"next known\" \
+            the chance that one more grasp falls into a known family (Good and Turing). Types and cells are those of the GRASP \
+            taxonomy. Contact regions are different sets of digits (and the palm) that are within 2 mm of the object. A usual \
+            type is one that at least half of the other objects have. All of this takes the grasps for independent draws: \
+            grasps that were chosen to be spread look more diverse than their source.\n"
+            .to_owned();
+        if let Some(size) = self.rarefied_to {
+            let _ = write!(
+                text,
+                "\nEffective numbers are Hill numbers of order 1 (each kind weighed by its frequency), rarefied to {size} grasps, \
+                 the size of the smallest population of at least {LEAST_MEMBERS}.\n"
+            );
+        }
+        text
+    }
+
+    /// One row for each population (`populations.csv`). Unknown values are empty.
+    pub fn populations_csv(&self) -> Vec<u8> {
+        let head = [
+            "name",
+            "file",
+            "hand",
+            "object",
+            "scale",
+            "grasps",
+            "simulated",
+            "held",
+            "minima",
+            "families",
+            "families_unseen",
+            "family_coverage",
+            "types",
+            "cells",
+            "contact_regions",
+        ];
+        let mut head: Vec<String> = head.map(str::to_owned).to_vec();
+        for what in ["types", "families"] {
+            head.extend((0..3).map(|order| format!("effective_{what}_{order}")));
+        }
+        let rows = self.populations.iter().map(|one| {
+            let shown = |number: Option<usize>| {
+                number.map_or_else(String::new, |number| number.to_string())
+            };
+            let known =
+                |number: Option<f64>| number.map_or_else(String::new, |number| number.to_string());
+            let (map, complete) = (one.map.as_ref(), one.completeness());
+            let mut row = vec![
+                one.name.clone(),
+                one.file.clone(),
+                one.hand.clone(),
+                one.object.clone(),
+                one.scale.to_string(),
+                one.grasps.to_string(),
+                one.simulated.to_string(),
+                shown((one.simulated > 0).then_some(one.held)),
+                shown(map.map(|map| map.minima)),
+                shown(map.map(|map| map.families.len())),
+                known(complete.map(|told| told.unseen)),
+                known(complete.map(|told| told.coverage)),
+                shown(one.types.as_ref().map(KindCounts::len)),
+                shown(one.cells.as_ref().map(KindCounts::len)),
+                one.contacts.len().to_string(),
+            ];
+            let types = one
+                .types
+                .as_ref()
+                .map(|types| types.values().copied().collect());
+            for counts in [types, map.map(super::SurveyedMap::sizes)] {
+                let numbers = counts.and_then(|counts| self.hill_numbers(&counts));
+                row.extend((0..3).map(|order| known(numbers.map(|numbers| numbers[order]))));
+            }
+            row
+        });
+        csv_table(std::iter::once(head).chain(rows))
+    }
+
+    fn hill_numbers(&self, counts: &[usize]) -> Option<[f64; 3]> {
+        let size = self.rarefied_to?;
+        (counts.iter().sum::<usize>() >= size).then(|| rarefied_hill_numbers(counts, size))
+    }
+
+    /// One row for each kind of each population (`kinds.csv`), with its number of grasps.
+    pub fn kinds_csv(&self) -> Vec<u8> {
+        let head = ["name", "hand", "object", "what", "kind", "grasps"].map(str::to_owned);
+        let rows = self.populations.iter().flat_map(|one| {
+            let kinds = [
+                ("type", one.types.as_ref()),
+                ("cell", one.cells.as_ref()),
+                ("contact region", Some(&one.contacts)),
+            ];
+            let kinds = kinds
+                .into_iter()
+                .filter_map(|(what, counts)| Some((what, counts?)));
+            kinds
+                .flat_map(|(what, counts)| {
+                    counts
+                        .iter()
+                        .map(move |(kind, grasps)| (what, kind.clone(), *grasps))
+                })
+                .chain(one.map.iter().flat_map(|map| {
+                    map.families
+                        .iter()
+                        .enumerate()
+                        .map(|(number, family)| ("family", format!("g{number}"), family.grasps))
+                }))
+                .map(|(what, kind, grasps)| {
+                    vec![
+                        one.name.clone(),
+                        one.hand.clone(),
+                        one.object_label(),
+                        what.to_owned(),
+                        kind,
+                        grasps.to_string(),
+                    ]
+                })
+                .collect::<Vec<_>>()
+        });
+        csv_table(std::iter::once(head.to_vec()).chain(rows))
+    }
+
+    /// The survey as JSON.
+    pub fn to_json(&self) -> Value {
+        let mut value = crate::study::json(self);
+        value["made_by"] = json!(MAKER);
+        value
+    }
+}
+
+impl HandSurvey {
+    fn lines(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        match (&self.types, &self.cells) {
+            (Some(types), Some(cells)) => {
+                let all = &Taxonomy::feix().types;
+                lines.push(format!(
+                    "types of the taxonomy: {} of {}{}",
+                    types.len(),
+                    all.len(),
+                    completeness(types, "type")
+                ));
+                lines.push(format!(
+                    "cells of the taxonomy: {} of {}",
+                    cells.len(),
+                    Taxonomy::feix().cells().len()
+                ));
+                let none: Vec<&str> = all
+                    .iter()
+                    .filter(|entry| !types.contains_key(&entry.name))
+                    .map(|entry| entry.name.as_str())
+                    .collect();
+                if !none.is_empty() {
+                    lines.push(format!("types on no object: {}", none.join(", ")));
+                }
+            }
+            _ => lines.push("the taxonomy does not apply to this hand".to_owned()),
+        }
+        lines.push(format!(
+            "contact regions: {}{}",
+            self.contacts.len(),
+            completeness(&self.contacts, "contact region")
+        ));
+        let [shared, families] = self.shared_families();
+        if families > 0 {
+            let percent = 100.0 * shared as f64 / families as f64;
+            lines.push(format!(
+                "families: {families} on all objects; {shared} of them ({percent:.0} %) touch with the same digits as a family of \
+                 another object"
+            ));
+        }
+        lines
+    }
+
+    /// What distinguishes a population among those of the hand: its object, or its name where another has the same object.
+    pub(super) fn label(&self, one: &SurveyedPopulation, all: &[SurveyedPopulation]) -> String {
+        let label = one.object_label();
+        let same = all
+            .iter()
+            .filter(|other| other.hand == self.hand && other.object_label() == label);
+        if same.count() > 1 {
+            one.name.clone()
+        } else {
+            label
+        }
+    }
+}
+
+/// The completeness of pooled kinds, as the end of a sentence.
+fn completeness(counts: &KindCounts, kind: &str) -> String {
+    let sizes: Vec<usize> = counts.values().copied().collect();
+    let Some(told) = Rarefaction::new(&sizes, 2).estimate else {
+        return String::new();
+    };
+    let [low, high] = told.unseen_interval;
+    format!(
+        "; about {:.0} more unseen ({low:.0} to {high:.0}), and one more grasp of these objects is of a known {kind} with a chance \
+         of {:.0} %",
+        told.unseen,
+        100.0 * told.coverage
+    )
+}
+
+/// The text of a set of touching digits.
+pub(super) fn contacts_label(contacts: &str) -> &str {
+    if contacts.is_empty() {
+        "nothing"
+    } else {
+        contacts
+    }
+}
+
+fn counted(number: usize, noun: &str) -> String {
+    match number {
+        1 => format!("1 {noun}"),
+        number => format!("{number} {noun}s"),
+    }
+}
+
+fn table(text: &mut String, head: &[&str], rows: impl Iterator<Item = Vec<String>>) {
+    let _ = writeln!(text, "| {} |", head.join(" | "));
+    let _ = writeln!(text, "|{}", "---|".repeat(head.len()));
+    for row in rows {
+        let _ = writeln!(text, "| {} |", row.join(" | "));
+    }
+}

@@ -1,0 +1,177 @@
+//! Planted data sets.
+
+use super::*;
+use crate::figure::testing::{assert_legible, gallery};
+
+fn counts(kinds: &[(&str, usize)]) -> KindCounts {
+    let kinds = kinds.iter();
+    kinds
+        .map(|(name, count)| ((*name).to_owned(), *count))
+        .collect()
+}
+
+/// A population whose types are also its families, which touch with the digits of `contacts`.
+fn population(
+    hand: &str,
+    object: &str,
+    types: &[(&str, usize)],
+    contacts: &[(&str, usize)],
+) -> SurveyedPopulation {
+    let grasps = types.iter().map(|(_, count)| count).sum();
+    let families = contacts.iter().map(|(contacts, grasps)| SurveyedFamily {
+        grasps: *grasps,
+        contacts: (*contacts).to_owned(),
+    });
+    SurveyedPopulation {
+        name: format!("{hand}/{object}"),
+        file: format!("{hand}/{object}.parquet"),
+        hand: hand.to_owned(),
+        object: object.to_owned(),
+        scale: 1.0,
+        grasps,
+        simulated: 0,
+        held: 0,
+        types: Some(counts(types)),
+        cells: Some(counts(&[("power/palm/2-5/abducted", grasps)])),
+        contacts: contacts
+            .iter()
+            .fold(KindCounts::new(), |mut sum, (name, count)| {
+                *sum.entry((*name).to_owned()).or_insert(0) += count;
+                sum
+            }),
+        map: Some(SurveyedMap {
+            minima: contacts.len(),
+            families: families.collect(),
+            level: GroupLevel {
+                barrier: 0.05,
+                letting_go: Some(1.0),
+            },
+            evaluations: 1,
+        }),
+        notes: Vec::new(),
+    }
+}
+
+fn planted() -> Survey {
+    let all = "index, little, middle, palm, ring, thumb";
+    Survey::new(
+        vec![
+            population(
+                "left",
+                "ball",
+                &[("Power Sphere", 30), ("Tripod", 10)],
+                &[(all, 30), ("index, middle, thumb", 10)],
+            ),
+            population(
+                "left",
+                "can",
+                &[("Power Sphere", 20), ("Tripod", 5), ("Large Diameter", 15)],
+                &[(all, 20), (all, 15), ("index, thumb", 5)],
+            ),
+            population(
+                "left",
+                "pen",
+                &[("Writing Tripod", 60)],
+                &[("index, middle, thumb", 60)],
+            ),
+            population("right", "ball", &[("Tripod", 35)], &[("index, thumb", 35)]),
+        ],
+        Vec::new(),
+    )
+}
+
+#[test]
+fn hands_are_pooled_and_objects_compared() {
+    let survey = planted();
+    assert_eq!(survey.rarefied_to, Some(35));
+    let [left, right] = survey.hands.as_slice() else {
+        panic!("two hands");
+    };
+    assert_eq!((left.grasps, right.grasps), (140, 35));
+    let pooled = counts(&[
+        ("Large Diameter", 15),
+        ("Power Sphere", 50),
+        ("Tripod", 15),
+        ("Writing Tripod", 60),
+    ]);
+    assert_eq!(left.types.as_ref(), Some(&pooled));
+    // Of the two other objects one has it, so a Large Diameter is usual for ball and pen.
+    let missing: Vec<(&str, Vec<&str>)> = (left.missing_types.iter())
+        .map(|(name, types)| (name.as_str(), types.iter().map(String::as_str).collect()))
+        .collect();
+    assert_eq!(
+        missing,
+        [
+            ("left/ball", vec!["Large Diameter", "Writing Tripod"]),
+            ("left/can", vec!["Writing Tripod"]),
+            ("left/pen", vec!["Large Diameter", "Power Sphere", "Tripod"]),
+        ]
+    );
+    assert!(right.missing_types.is_empty(), "nothing to compare with");
+    // Of the six families only the pinch of the can is alone with its digits; the two wraps of the can share theirs with
+    // the ball.
+    assert_eq!(left.shared_families(), [5, 6]);
+    assert_eq!(left.shared[0].populations, ["left/ball", "left/can"]);
+    assert_eq!((left.shared[0].families, left.shared[0].grasps), (3, 65));
+    assert_eq!(right.shared_families(), [0, 1]);
+}
+
+#[test]
+fn effective_numbers_are_of_equal_samples() {
+    let survey = planted();
+    let effective = |counts: &[usize]| survey.effective(counts.iter().copied());
+    assert!((effective(&[35]).unwrap() - 1.0).abs() < 1e-9);
+    // Two equal kinds are two, a little less in a sample of 35.
+    let two = effective(&[100, 100]).unwrap();
+    assert!((1.95..2.0).contains(&two), "{two}");
+    assert_eq!(effective(&[34]), None, "nothing is extrapolated");
+}
+
+#[test]
+fn different_levels_are_told() {
+    assert!(planted().notes.is_empty());
+    let mut populations = planted().populations;
+    populations[3].map.as_mut().unwrap().level.barrier = 0.1;
+    let survey = Survey::new(populations, Vec::new());
+    assert_eq!(survey.notes.len(), 1, "{:?}", survey.notes);
+}
+
+#[test]
+fn texts_and_tables_have_every_population() {
+    let failure = SurveyFailure {
+        file: "torn.parquet".to_owned(),
+        reason: "it ends too early".to_owned(),
+    };
+    let survey = Survey::new(planted().populations, vec![failure]);
+    let text = survey.markdown();
+    for words in [
+        "# Survey of 175 grasps: 2 hands on 4 populations",
+        "types of the taxonomy: 4 of 33",
+        "families: 6 on all objects; 5 of them (83 %)",
+        "torn.parquet: it ends too early",
+        "Writing Tripod",
+    ] {
+        assert!(text.contains(words), "{words} is missing in {text}");
+    }
+    let lines = |csv: Vec<u8>| String::from_utf8(csv).unwrap().lines().count();
+    assert_eq!(lines(survey.populations_csv()), 1 + 4);
+    // Types, cells, sets of digits and families of each population.
+    assert_eq!(
+        lines(survey.kinds_csv()),
+        1 + (2 + 1 + 2 + 2) + (3 + 1 + 2 + 3) + 4 + 4
+    );
+}
+
+#[test]
+fn pictures_are_legible() {
+    let survey = planted();
+    for (name, chart) in [
+        ("survey_types", survey.type_chart().unwrap()),
+        ("survey_contacts", survey.contact_chart().unwrap()),
+        ("survey_rarefaction", survey.rarefaction_chart()),
+    ] {
+        let canvas = chart.draw().unwrap();
+        assert_legible(&canvas);
+        gallery(&canvas, name);
+    }
+}

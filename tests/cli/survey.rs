@@ -1,0 +1,197 @@
+//! `landscape survey`: a data set as one job.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::contents;
+use crate::desk::{Desk, assert_says};
+
+/// A folder of two hands on three objects, in folders of their own, made once. Its grasps take a moment to map.
+fn data_set() -> Desk {
+    let desk = Desk::empty();
+    for (hand, object, count) in [
+        ("human", "ball", 4),
+        ("human", "can", 3),
+        ("gripper_parallel", "ball", 3),
+    ] {
+        fs::create_dir_all(desk.path("set").join(hand)).unwrap();
+        desk.succeed(&format!(
+            "synth --hand {hand} --object {object} -n {count} --preset four_points --steps 40 --keep all --drop 0 -q -o \
+             set/{hand}/{object}.parquet"
+        ));
+    }
+    desk
+}
+
+fn json(desk: &Desk, name: &str) -> Value {
+    serde_json::from_slice(&fs::read(desk.path(name)).unwrap()).unwrap()
+}
+
+/// The files of a survey that do not depend on threads and interruptions.
+fn promised(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    for (path, bytes) in contents(folder) {
+        if !path.ends_with("timings.json") {
+            files.insert(path.strip_prefix(folder).unwrap().to_path_buf(), bytes);
+        }
+    }
+    files
+}
+
+const SURVEY: &str = "survey set --first 3 --no-report -q";
+
+#[test]
+fn a_folder_is_one_job() {
+    let desk = data_set();
+    desk.succeed(&format!("{SURVEY} --threads 1"));
+    let survey = json(&desk, "set.survey/survey.json");
+    let names: Vec<&str> = (survey["populations"].as_array().unwrap().iter())
+        .map(|one| one["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["gripper_parallel/ball", "human/ball", "human/can"]);
+    assert_eq!(survey["populations"][1]["grasps"], 3, "--first 3 of 4");
+    assert_eq!(survey["populations"][0]["types"], Value::Null);
+    assert_eq!(survey["hands"][1]["grasps"], 6);
+    let families = |one: &Value| {
+        let families = one["map"]["families"].as_array().unwrap().iter();
+        families
+            .map(|family| family["grasps"].as_u64().unwrap())
+            .sum::<u64>()
+    };
+    assert_eq!(
+        families(&survey["populations"][2]),
+        3,
+        "every grasp is in a family"
+    );
+    // What is counted is what `label` and `build` say.
+    let folder = desk.path("set.survey/landscapes/human/can.landscape");
+    let manifest: Value =
+        serde_json::from_slice(&fs::read(folder.join("landscape.json")).unwrap()).unwrap();
+    assert_eq!(
+        survey["populations"][2]["map"]["minima"],
+        manifest["counts"]["minima"]
+    );
+    let table = fs::read_to_string(desk.path("set.survey/populations.csv")).unwrap();
+    assert_eq!(table.lines().count(), 4);
+    let summary = fs::read_to_string(desk.path("set.survey/summary.md")).unwrap();
+    assert_says(
+        &summary,
+        &[
+            "9 grasps: 2 hands on 3 populations",
+            "## human: 6 grasps on 2 objects",
+        ],
+    );
+
+    // Other threads give the same bytes.
+    let whole = promised(&desk.path("set.survey"));
+    assert!(whole.len() > 40);
+    desk.succeed(&format!("{SURVEY} -o again.survey --threads 2"));
+    assert!(
+        promised(&desk.path("again.survey")) == whole,
+        "the same bytes"
+    );
+}
+
+#[test]
+fn workers_share_a_survey() {
+    let desk = data_set();
+    desk.succeed(&format!("{SURVEY} -o plain.survey"));
+    let workers: Vec<_> = (1..=3)
+        .map(|number| desk.start(&format!("{SURVEY} -o shared.survey --worker {number}/3")))
+        .collect();
+    for mut worker in workers {
+        assert!(worker.wait().unwrap().success());
+    }
+    assert!(
+        !desk.path("shared.survey/summary.md").exists(),
+        "workers write landscapes only"
+    );
+    desk.succeed(&format!("{SURVEY} -o shared.survey"));
+    let [plain, shared] = ["plain.survey", "shared.survey"].map(|name| promised(&desk.path(name)));
+    assert!(plain == shared, "the same bytes");
+    assert!(!desk.path("shared.survey.workers").exists());
+    assert!(!desk.path("shared.survey.partial").exists());
+}
+
+#[test]
+fn a_killed_survey_goes_on_and_a_grown_one_does_what_is_new() {
+    let desk = data_set();
+    desk.succeed(&format!("{SURVEY} -o plain.survey"));
+    desk.interrupt(
+        &format!("{SURVEY} -o killed.survey --threads 1"),
+        "killed.survey.partial",
+        1,
+    );
+    desk.succeed(&format!("{SURVEY} -o killed.survey"));
+    let [plain, killed] = ["plain.survey", "killed.survey"].map(|name| promised(&desk.path(name)));
+    assert!(plain == killed, "the same bytes");
+
+    let folder = "killed.survey/landscapes/human/can.landscape/timings.json";
+    let before = fs::read(desk.path(folder)).unwrap();
+    let modified = fs::metadata(desk.path(folder)).unwrap().modified().unwrap();
+    desk.succeed("synth --object pen -n 3 --preset four_points --steps 40 --keep all --drop 0 -q -o set/human/pen.parquet");
+    desk.succeed(&format!("{SURVEY} -o killed.survey"));
+    assert_eq!(
+        json(&desk, "killed.survey/survey.json")["populations"][3]["name"],
+        "human/pen"
+    );
+    assert_eq!(fs::read(desk.path(folder)).unwrap(), before);
+    let now = fs::metadata(desk.path(folder)).unwrap().modified().unwrap();
+    assert_eq!(now, modified, "what was there is not mapped again");
+    // Other settings map it again.
+    desk.succeed(&format!("{SURVEY} -o killed.survey --seed 1"));
+    let now = fs::metadata(desk.path(folder)).unwrap().modified().unwrap();
+    assert_ne!(now, modified);
+}
+
+#[test]
+fn what_cannot_be_surveyed_is_told() {
+    let desk = data_set();
+    fs::write(desk.path("set/broken.parquet"), "no table").unwrap();
+    fs::copy(
+        desk.path("set/human/ball.parquet"),
+        desk.path("set/human/copy.parquet"),
+    )
+    .unwrap();
+    let output = desk.run("survey set --no-map");
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_says(
+        &said,
+        &[
+            "human/copy holds the same grasps as human/ball and is left out",
+            "1 of the files or populations could not be surveyed",
+            "broken.parquet",
+        ],
+    );
+    let survey = json(&desk, "set.survey/survey.json");
+    assert_eq!(survey["failures"][0]["file"], "broken.parquet");
+    assert_eq!(survey["populations"].as_array().unwrap().len(), 3);
+
+    fs::create_dir(desk.path("empty")).unwrap();
+    assert_says(
+        &desk.early_mistake("survey empty"),
+        &["no file with the ending .parquet", "import"],
+    );
+    assert_says(
+        &desk.early_mistake("survey nowhere.parquet"),
+        &["no file or folder nowhere.parquet"],
+    );
+    assert_says(
+        &desk.early_mistake("survey set/broken.parquet"),
+        &["none of the 1 files could be read", "broken.parquet"],
+    );
+    fs::create_dir(desk.path("mine.survey")).unwrap();
+    fs::write(desk.path("mine.survey/thesis.md"), "mine").unwrap();
+    assert_says(
+        &desk.early_mistake("survey set -o mine.survey"),
+        &["thesis.md", "this command would not write"],
+    );
+    assert_says(
+        &desk.early_mistake("survey set/human/ball.parquet set/gripper_parallel/ball.parquet --no-map -o two.survey"),
+        &["have the same name", "give the folder that holds both"],
+    );
+}
