@@ -5,6 +5,7 @@ use std::env;
 use std::error::Error;
 use std::ffi::OsString;
 use std::fs;
+use std::io::Write;
 use std::path::{Component, Path, PathBuf};
 use std::process::Command;
 
@@ -226,7 +227,7 @@ fn follow(tutorial: &str, makes: &[&str]) -> Desk {
     assert!(!commands.is_empty(), "{tutorial} has no commands");
     for command in commands {
         if command.contains("python3") && !python {
-            println!("SKIPPED: there is no python3");
+            let _ = writeln!(std::io::stderr(), "SKIPPED: there is no python3");
             continue;
         }
         let run = Command::new("sh")

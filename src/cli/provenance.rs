@@ -18,8 +18,9 @@ use crate::store::{Source, content_hash};
 
 /// Arguments that change no byte of what is written: speed, verbosity, patience, overwriting, resuming, names, and whether
 /// there is a page and it is opened.
-const WITHOUT_TRACE: [&str; 12] = [
+const WITHOUT_TRACE: [&str; 13] = [
     "threads",
+    "worker",
     "log_format",
     "quiet",
     "json",

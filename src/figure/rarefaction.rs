@@ -1,6 +1,7 @@
 //! Rarefaction curves: number of groups found against number of members used.
 
 use super::chart::{Axis, BandPoint, Chart, Corner, Mark, Panel, Series};
+use super::style::Colour;
 use super::theme::series;
 use crate::topography::{Rarefaction, Rarefied};
 
@@ -10,9 +11,12 @@ const BAND: f64 = 1.96;
 /// Named curves of several ways to group the same members, with 95 % bands. A vertical line marks the number of members at
 /// hand; the curves are dashed beyond it. `members` is the plural noun for the members.
 pub fn rarefaction_chart(title: &str, members: &str, curves: &[(&str, &Rarefaction)]) -> Chart {
+    let coloured: Vec<(&str, &Rarefaction, Colour)> = (curves.iter().enumerate())
+        .map(|(number, (name, found))| (*name, *found, series(number)))
+        .collect();
     let mut panel = Panel {
         legend: Some(Corner::UpperLeft),
-        ..rarefaction_panel(title, members, curves)
+        ..rarefaction_panel(title, members, &coloured)
     };
     if let Some((_, first)) = curves.first() {
         let at_hand = Series::new(Mark::Vertical(first.members as f64));
@@ -23,10 +27,13 @@ pub fn rarefaction_chart(title: &str, members: &str, curves: &[(&str, &Rarefacti
 
 /// Named curves, of the same or of different members, with 95 % bands and without a legend. Each is dashed beyond the number
 /// of its members at hand. `members` is the plural noun for the members.
-pub fn rarefaction_panel(title: &str, members: &str, curves: &[(&str, &Rarefaction)]) -> Panel {
+pub fn rarefaction_panel(
+    title: &str,
+    members: &str,
+    curves: &[(&str, &Rarefaction, Colour)],
+) -> Panel {
     let mut marks = Vec::new();
-    for (number, (name, found)) in curves.iter().enumerate() {
-        let colour = series(number);
+    for &(name, found, colour) in curves {
         let (inside, mut beyond): (Vec<&Rarefied>, Vec<&Rarefied>) =
             (found.curve.iter()).partition(|point| point.deviation.is_some());
         beyond.splice(0..0, inside.last().copied());

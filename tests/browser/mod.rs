@@ -4,6 +4,7 @@ mod remote;
 mod socket;
 
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -105,7 +106,10 @@ fn found(variable: &str, package: &str, names: &[&str]) -> Option<PathBuf> {
         "no browser is installed, but CI=true: install {package}"
     );
     if found.is_none() {
-        println!("SKIPPED: no browser ({package}) on this machine");
+        let _ = writeln!(
+            std::io::stderr(),
+            "SKIPPED: no browser ({package}) on this machine"
+        );
     }
     found
 }

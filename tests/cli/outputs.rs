@@ -1,6 +1,7 @@
 //! Output files: files of the user are never overwritten, write errors are reported, and no incomplete set of files stays.
 
 use std::fs;
+use std::io::Write;
 #[cfg(unix)]
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -309,7 +310,10 @@ fn interrupts_are_ignored() -> bool {
 fn an_interrupted_run_says_what_is_kept() {
     for (signal, code) in [("INT", 130), ("TERM", 75)] {
         if signal == "INT" && interrupts_are_ignored() {
-            println!("SKIPPED: SIGINT is ignored here, as in the background of a shell");
+            let _ = writeln!(
+                std::io::stderr(),
+                "SKIPPED: SIGINT is ignored here, as in the background of a shell"
+            );
             continue;
         }
         let desk = Desk::empty();

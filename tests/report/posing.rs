@@ -1,5 +1,6 @@
 //! The hand in the page stands as in Rust: frames of links, points of the skin, and the outline.
 
+use std::io::Write;
 use std::path::Path;
 
 use base64::Engine;
@@ -35,7 +36,12 @@ fn hands(folder: &Path) -> Vec<HandMetadata> {
             let files = HandFiles::load(&path).unwrap();
             hands.push(HandMetadata::new("shadow".to_owned(), &files).unwrap());
         }
-        None => println!("SKIPPED: LANDSCAPE_TEST_DATA is not set: the Shadow Hand was not posed"),
+        None => {
+            let _ = writeln!(
+                std::io::stderr(),
+                "SKIPPED: LANDSCAPE_TEST_DATA is not set: the Shadow Hand was not posed"
+            );
+        }
     }
     hands
 }

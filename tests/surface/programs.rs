@@ -1,6 +1,7 @@
 //! Energies of other programs: protocols, failures, spaces, and what is said of odd ones.
 
 use std::fs;
+use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -113,7 +114,7 @@ pub(crate) fn python() -> bool {
     let found = Command::new("python3").arg("--version").output();
     let there = found.is_ok_and(|output| output.status.success());
     if !there {
-        println!("SKIPPED: there is no python3");
+        let _ = writeln!(std::io::stderr(), "SKIPPED: there is no python3");
     }
     there
 }

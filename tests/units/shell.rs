@@ -1,5 +1,6 @@
 //! The same comparison through `landscape surface`, with a program that computes the surface in other units.
 
+use std::io::Write;
 use std::path::Path;
 use std::process::Command;
 
@@ -14,7 +15,7 @@ fn python() -> bool {
     let found = Command::new("python3").arg("--version").output();
     let there = found.is_ok_and(|output| output.status.success());
     if !there {
-        println!("SKIPPED: there is no python3");
+        let _ = writeln!(std::io::stderr(), "SKIPPED: there is no python3");
     }
     there
 }

@@ -6,15 +6,15 @@ use super::report::contacts_label;
 use super::{HandSurvey, KindCounts, Survey, SurveyedPopulation};
 use crate::evaluation::taxonomy::Taxonomy;
 use crate::figure::chart::{Axis, Chart, Mark, Panel, Series};
-use crate::figure::{rarefaction_panel, theme};
+use crate::figure::{rarefaction_panel, text_width, theme};
 
 /// Most objects in a picture; those with the most grasps are shown.
 const OBJECTS: usize = 40;
 /// Most sets of touching digits in a picture; those on most objects are shown.
-const CONTACTS: usize = 25;
-/// Width of a column and height of a row, and room for texts, canvas units.
+const CONTACTS: usize = 16;
+/// Width of a column and height of a row, and room beside them and their texts, canvas units.
 const STEP: f64 = 34.0;
-const TEXTS: [f64; 2] = [330.0, 330.0];
+const BESIDE: f64 = 40.0;
 /// Radius of a dot that stands for all grasps of an object.
 const WHOLE: f64 = 0.46 * STEP;
 /// Least radius of a dot.
@@ -62,11 +62,16 @@ impl Survey {
     pub fn rarefaction_chart(&self) -> Chart {
         let panel = |title: &str, counts: &dyn Fn(&HandSurvey) -> Option<Vec<usize>>| {
             let curves: Vec<_> = (self.hands.iter())
-                .filter_map(|hand| {
-                    Some((hand.hand.as_str(), HandSurvey::rarefaction(counts(hand)?)))
+                .filter_map(|hand| Some((&hand.hand, HandSurvey::rarefaction(counts(hand)?))))
+                .collect();
+            // A hand has one colour in all panels.
+            let number = |name: &str| self.hands.iter().position(|hand| hand.hand == name);
+            let curves: Vec<_> = (curves.iter())
+                .map(|(name, found)| {
+                    let colour = theme::series(number(name).unwrap_or_default());
+                    (name.as_str(), found, colour)
                 })
                 .collect();
-            let curves: Vec<_> = curves.iter().map(|(name, found)| (*name, found)).collect();
             (!curves.is_empty()).then(|| rarefaction_panel(title, "grasps", &curves))
         };
         let values = |counts: &KindCounts| counts.values().copied().collect();
@@ -90,14 +95,14 @@ impl Survey {
         hand: &HandSurvey,
         rows: &[(String, String)],
         counts: &dyn Fn(&SurveyedPopulation) -> Option<&KindCounts>,
-    ) -> (Panel, [usize; 2]) {
+    ) -> Panel {
         let mut objects: Vec<&SurveyedPopulation> = self.of_hand(hand).collect();
         let all = objects.len();
         objects.sort_by_key(|one| std::cmp::Reverse(one.grasps));
         objects.truncate(OBJECTS);
         objects.sort_by_cached_key(|one| hand.label(one, &self.populations));
         // The first row is the highest.
-        let height = |row: usize| (rows.len() - 1 - row) as f64;
+        let height = |row: usize| -(row as f64);
         let mut series = Vec::new();
         for (column, one) in objects.iter().enumerate() {
             for (row, (kind, _)) in rows.iter().enumerate() {
@@ -118,7 +123,6 @@ impl Survey {
         let columns: Vec<(f64, String)> = (0..).map(f64::from).zip(labels).collect();
         let names = rows.iter().enumerate();
         let names = names.map(|(row, (_, text))| (height(row), text.clone()));
-        let size = [columns.len(), rows.len()];
         let title = if all > OBJECTS {
             format!(
                 "{} (the {OBJECTS} objects with most grasps of {all})",
@@ -127,35 +131,42 @@ impl Survey {
         } else {
             hand.hand.clone()
         };
-        let range = |count: usize| [-0.6, count as f64 - 0.4];
-        let [across, down] = size.map(range);
-        let panel = Panel::new(
+        Panel::new(
             &title,
-            Axis::linear("")
-                .with_range(across[0], across[1])
-                .with_ticks(columns),
-            Axis::linear("")
-                .with_range(down[0], down[1])
-                .with_ticks(names),
+            Axis::linear("").with_ticks(columns),
+            Axis::linear("").with_ticks(names),
             series,
-        );
-        (panel, size)
+        )
     }
 }
 
-/// Panels of dots, large enough for all their rows and columns.
-fn dots(panels: Vec<(Panel, [usize; 2])>) -> Option<Chart> {
-    let largest = |side: usize| panels.iter().map(|(_, size)| size[side]).max();
-    let (columns, rows) = (largest(0)?, largest(1)?);
-    let side = |count: usize, texts: f64| (count.max(6) as f64 * STEP + texts).ceil();
+/// Panels of dots with rows and columns of one size, and room for their texts.
+fn dots(mut panels: Vec<Panel>) -> Option<Chart> {
+    let most = |axis: &dyn Fn(&Panel) -> &Axis| panels.iter().map(|p| axis(p).ticks.len()).max();
+    let longest = |axis: &dyn Fn(&Panel) -> &Axis| {
+        let texts = panels.iter().flat_map(|panel| &axis(panel).ticks);
+        texts
+            .map(|(_, text)| text_width(text, theme::TEXT, false))
+            .fold(0.0, f64::max)
+    };
+    let (columns, rows) = (most(&|panel| &panel.x)?, most(&|panel| &panel.y)?);
+    let side = |count: usize, text: f64| count.max(6) as f64 * STEP + text + BESIDE;
+    let sides = [
+        side(columns, longest(&|panel| &panel.y)),
+        side(rows, longest(&|panel| &panel.x)),
+    ];
+    for panel in &mut panels {
+        panel.x.range = Some([-0.6, columns.max(6) as f64 - 0.4]);
+        panel.y.range = Some([0.4 - rows.max(6) as f64, 0.6]);
+    }
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "some thousand units"
     )]
-    let panel_size = [side(columns, TEXTS[0]) as u32, side(rows, TEXTS[1]) as u32];
+    let panel_size = sides.map(|side| side.ceil() as u32);
     Some(Chart {
         panel_size,
-        ..Chart::new("", panels.into_iter().map(|(panel, _)| panel).collect())
+        ..Chart::new("", panels)
     })
 }

@@ -182,9 +182,6 @@ pub struct Survey {
     pub populations: Vec<SurveyedPopulation>,
     /// What each hand does on all its objects, by name of the hand.
     pub hands: Vec<HandSurvey>,
-    /// Number of grasps to which the effective numbers of [`Survey::effective`] are rarefied: that of the smallest
-    /// population of at least [`LEAST_MEMBERS`]. `None` if there is none.
-    pub rarefied_to: Option<usize>,
     /// Files and populations that could not be surveyed, and why.
     pub failures: Vec<SurveyFailure>,
     /// What cannot be compared, and why; sentences without full stops.
@@ -211,24 +208,22 @@ impl Survey {
                 .push(population);
         }
         let hands = by_hand.into_values().map(HandSurvey::of).collect();
-        let sizes = populations.iter().map(|population| population.grasps);
-        let rarefied_to = sizes.filter(|grasps| *grasps >= LEAST_MEMBERS).min();
         let notes = different_levels(&populations);
         Self {
             hands,
-            rarefied_to,
             failures,
             notes,
             populations,
         }
     }
+}
 
-    /// Effective number of order 1 of these kinds, rarefied to [`Survey::rarefied_to`] grasps; `None` if fewer were counted.
-    pub fn effective(&self, counts: impl IntoIterator<Item = usize>) -> Option<f64> {
-        let counts: Vec<usize> = counts.into_iter().collect();
-        let size = self.rarefied_to?;
-        (counts.iter().sum::<usize>() >= size).then(|| rarefied_hill_numbers(&counts, size)[1])
-    }
+/// Effective numbers of order 0, 1 and 2 of these kinds in a sample of [`LEAST_MEMBERS`] grasps, so that populations of any
+/// size compare; `None` if fewer were counted.
+fn effective(counts: impl IntoIterator<Item = usize>) -> Option<[f64; 3]> {
+    let counts: Vec<usize> = counts.into_iter().collect();
+    let enough = counts.iter().sum::<usize>() >= LEAST_MEMBERS;
+    enough.then(|| rarefied_hill_numbers(&counts, LEAST_MEMBERS))
 }
 
 /// One note if families were made at different levels.

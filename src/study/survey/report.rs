@@ -4,8 +4,7 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use super::{HandSurvey, KindCounts, Survey, SurveyedPopulation};
-use crate::agreement::rarefied_hill_numbers;
+use super::{HandSurvey, KindCounts, Survey, SurveyedPopulation, effective};
 use crate::evaluation::taxonomy::Taxonomy;
 use crate::figure::MAKER;
 use crate::store::exchange::csv_table;
@@ -113,15 +112,16 @@ impl Survey {
         let length = |counts: &Option<KindCounts>| {
             counts.as_ref().map_or_else(dash, |c| c.len().to_string())
         };
-        let effective =
-            |number: Option<f64>| number.map_or_else(dash, |number| format!("{number:.1}"));
+        let order_1 = |numbers: Option<[f64; 3]>| {
+            numbers.map_or_else(dash, |numbers| format!("{:.1}", numbers[1]))
+        };
         let map = one.map.as_ref();
         let complete = one.completeness();
         let types = one
             .types
             .as_ref()
-            .and_then(|types| self.effective(types.values().copied()));
-        let families = map.and_then(|map| self.effective(map.sizes()));
+            .and_then(|types| effective(types.values().copied()));
+        let families = map.and_then(|map| effective(map.sizes()));
         vec![
             hand.label(one, &self.populations),
             one.grasps.to_string(),
@@ -140,8 +140,8 @@ impl Survey {
             length(&one.types),
             length(&one.cells),
             one.contacts.len().to_string(),
-            effective(types),
-            effective(families),
+            order_1(types),
+            order_1(families),
             hand.missing_types
                 .get(&one.name)
                 .map_or_else(String::new, |types| types.join(", ")),
@@ -156,13 +156,12 @@ impl Survey {
             type is one that at least half of the other objects have. All of this takes the grasps for independent draws: \
             grasps that were chosen to be spread look more diverse than their source.\n"
             .to_owned();
-        if let Some(size) = self.rarefied_to {
-            let _ = write!(
-                text,
-                "\nEffective numbers are Hill numbers of order 1 (each kind weighed by its frequency), rarefied to {size} grasps, \
-                 the size of the smallest population of at least {LEAST_MEMBERS}.\n"
-            );
-        }
+        let _ = write!(
+            text,
+            "\nEffective numbers are Hill numbers of order 1 (each kind weighed by its frequency), expected in a sample of \
+             {LEAST_MEMBERS} of the grasps that are of some kind. They compare objects with different numbers of grasps, and are \
+             not told where fewer were counted.\n"
+        );
         text
     }
 
@@ -218,17 +217,12 @@ impl Survey {
                 .as_ref()
                 .map(|types| types.values().copied().collect());
             for counts in [types, map.map(super::SurveyedMap::sizes)] {
-                let numbers = counts.and_then(|counts| self.hill_numbers(&counts));
+                let numbers = counts.and_then(|counts| effective(counts));
                 row.extend((0..3).map(|order| known(numbers.map(|numbers| numbers[order]))));
             }
             row
         });
         csv_table(std::iter::once(head).chain(rows))
-    }
-
-    fn hill_numbers(&self, counts: &[usize]) -> Option<[f64; 3]> {
-        let size = self.rarefied_to?;
-        (counts.iter().sum::<usize>() >= size).then(|| rarefied_hill_numbers(counts, size))
     }
 
     /// One row for each kind of each population (`kinds.csv`), with its number of grasps.
@@ -367,10 +361,20 @@ fn counted(number: usize, noun: &str) -> String {
     }
 }
 
+/// A table without the columns of which nothing is known.
 fn table(text: &mut String, head: &[&str], rows: impl Iterator<Item = Vec<String>>) {
-    let _ = writeln!(text, "| {} |", head.join(" | "));
-    let _ = writeln!(text, "|{}", "---|".repeat(head.len()));
-    for row in rows {
-        let _ = writeln!(text, "| {} |", row.join(" | "));
+    let rows: Vec<Vec<String>> = rows.collect();
+    let known = |column: &usize| {
+        let mut cells = rows.iter().map(|row| row[*column].as_str());
+        cells.any(|cell| !matches!(cell, "" | "–"))
+    };
+    let columns: Vec<usize> = (0..head.len()).filter(known).collect();
+    let mut line = |cells: Vec<&str>| {
+        let _ = writeln!(text, "| {} |", cells.join(" | "));
+    };
+    line(columns.iter().map(|column| head[*column]).collect());
+    line(columns.iter().map(|_| "---").collect());
+    for row in &rows {
+        line(columns.iter().map(|column| row[*column].as_str()).collect());
     }
 }

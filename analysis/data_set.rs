@@ -1,0 +1,71 @@
+//! A data set of five hands on fifteen objects, surveyed as one job.
+//!
+//! `cargo run --release --example data_set -- FOLDER` synthesizes 64 chains of each built-in hand on each built-in object into
+//! FOLDER/grasps, surveys them with `landscape survey`, and copies the summary and the pictures to `figures/data_set*`. A second
+//! survey maps the landscapes of the first 30 grasps of the human hand on each object. Everything that is there already is
+//! kept, so that an interrupted run goes on. It takes about two hours on two cores, most of them for the landscapes.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use landscape::cli::call;
+use landscape::hand::HAND_NAMES;
+use landscape::object::OBJECT_NAMES;
+
+type Failure = Box<dyn std::error::Error>;
+
+fn main() -> Result<(), Failure> {
+    let folder = std::env::args().nth(1).map(PathBuf::from);
+    let folder = folder.ok_or("name the folder for the grasps")?;
+    let grasps = folder.join("grasps");
+    for hand in HAND_NAMES {
+        fs::create_dir_all(grasps.join(hand))?;
+        for object in OBJECT_NAMES {
+            let output = grasps.join(hand).join(format!("{object}.parquet"));
+            if !output.exists() {
+                let words = [
+                    "synth", "--hand", hand, "--object", object, "-n", "64", "-o",
+                ];
+                run(&words, &output)?;
+            }
+        }
+    }
+    let all = folder.join("all.survey");
+    run(&["survey", text(&grasps)?, "--no-map", "-o"], &all)?;
+    let human = folder.join("human.survey");
+    let of_human = grasps.join("human");
+    run(
+        &[
+            "survey",
+            text(&of_human)?,
+            "--first",
+            "30",
+            "--no-report",
+            "-o",
+        ],
+        &human,
+    )?;
+
+    let figures = Path::new(env!("CARGO_MANIFEST_DIR")).join("figures");
+    for (from, to) in [
+        (all.join("summary.md"), "data_set.md"),
+        (all.join("types.png"), "data_set_types.png"),
+        (all.join("contacts.png"), "data_set_contacts.png"),
+        (all.join("rarefaction.png"), "data_set_rarefaction.png"),
+        (human.join("summary.md"), "data_set_families.md"),
+    ] {
+        fs::copy(from, figures.join(to))?;
+    }
+    Ok(())
+}
+
+/// Runs a command of the program that writes `output`, with its progress on standard error.
+fn run(words: &[&str], output: &Path) -> Result<(), Failure> {
+    let words = ["landscape"].iter().chain(words).copied();
+    call(words.chain([text(output)?]), true)?;
+    Ok(())
+}
+
+fn text(path: &Path) -> Result<&str, Failure> {
+    Ok(path.to_str().ok_or("the path is not text")?)
+}
