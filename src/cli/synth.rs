@@ -122,8 +122,9 @@ pub(super) struct Synth {
 pub(super) enum KeepName {
     /// Grasps that a person could hold: contacts within 2 mm, nothing deeper than 2 mm, exact force closure, …
     Strict,
-    /// Grasps whose hand, closed until it presses, passes the strict filter and holds firmly, so that it keeps the object
-    /// in simulation. They are a millimetre or two away from minima of the energy.
+    /// For energies without an elastic layer (such as `four_points`): grasps whose hand, closed until it presses, passes the
+    /// strict filter and holds firmly, so that it keeps the object in simulation. They are a millimetre or two away from
+    /// minima of the energy. With the default energy, strict grasps press already, and few of them pass, or none.
     Firm,
     /// Grasps that pass Eq. 11 of the paper.
     Published,
@@ -221,9 +222,9 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     }
     anyhow::ensure!(
         !found.grasps.is_empty(),
-        "none of the {} chains passed the filter: run more (-n) or longer ones (--steps with --fresh), or keep \
-         others (--keep)",
-        settings.chains
+        "none of the {} chains passed the filter: {}",
+        settings.chains,
+        remedy(&settings)
     );
     let file = GraspFile {
         metadata: Metadata {
@@ -250,6 +251,16 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         print_json(&told)?;
     }
     Ok(())
+}
+
+/// What to do if no chain passes the filter.
+fn remedy(settings: &PopulationSettings) -> &'static str {
+    if settings.keep == Keep::Preloaded && settings.experiment.energy.layer.is_some() {
+        "with this energy, which has an elastic layer, strict grasps press on the object already, so keep those (leave out \
+         --keep firm); firm grasps are meant for energies without such a layer (--preset four_points)"
+    } else {
+        "run more (-n) or longer ones (--steps with --fresh), or keep others (--keep)"
+    }
 }
 
 /// Prints how many of at most `most` grasps hold in the drop test, and returns how many were dropped and how many of them
