@@ -417,7 +417,10 @@ fn a_file_of_grasps_in_numbers() {
     let text = desk.print("inspect g.parquet -q");
     assert_says(
         &text,
-        &["5 grasps of the human hand on bottle_round", "touched by"],
+        &[
+            "5 grasps of the human hand on bottle_round",
+            "links with a contact of the set within 2 mm",
+        ],
     );
     assert_eq!(line(&text, "strict filter"), "4 of 5 (80 %)");
     assert_says(line(&text, "  refused for"), &["1"]);
