@@ -181,7 +181,10 @@ impl GraspReport<'_> {
         ));
         }
         let barrier = found.landscape.groups.barrier;
-        if let Some(cost) = hovering(&found.hover).filter(|cost| barrier > *cost) {
+        // An elastic layer still holds a hand that is so near.
+        let bare = letting_go(self.energy.settings()).is_none();
+        let hovering = hovering(&found.hover).filter(|cost| bare && barrier > *cost);
+        if let Some(cost) = hovering {
             warnings.push(format!(
             "groups join minima over relative barriers up to {barrier:.3}, but hovering {:.0} mm off the object costs only \
              {cost:.3}: a group is whatever can be reached by letting go",
