@@ -20,6 +20,7 @@ use crate::evaluation::stability::{Drop, Protocol};
 use crate::grasp::synthesis::{Refinement, Sampler};
 use crate::grasp::{GraspEnergy, Judgement};
 use crate::limits::{CHAINS, PERTURBATION, STEPS};
+use crate::printable::counted;
 use crate::store::{GraspFile, Metadata};
 use crate::study::{
     DEFAULT_PRESET, Experiment, Keep, Origin, PopulationSettings, Run, Synthesis, simulate_sample,
@@ -256,8 +257,8 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
 /// What to do if no chain passes the filter.
 fn remedy(settings: &PopulationSettings) -> &'static str {
     if settings.keep == Keep::Preloaded && settings.experiment.energy.layer.is_some() {
-        "with this energy, which has an elastic layer, strict grasps press on the object already, so keep those (leave out \
-         --keep firm); firm grasps are meant for energies without such a layer (--preset four_points)"
+        "with this energy, which has an elastic layer, strict grasps press on the object already, so keep those (leave \
+         out --keep firm); firm grasps are meant for energies without such a layer (--preset four_points)"
     } else {
         "run more (-n) or longer ones (--steps with --fresh), or keep others (--keep)"
     }
@@ -449,7 +450,10 @@ fn summary(energy: &GraspEnergy, found: &Synthesis, seconds: Option<f64>) -> Str
         .iter()
         .filter(|(_, judgement)| judgement.passes_strict())
         .map(|(end, _)| &end.refined);
-    if let Some(diversity) = Diversity::of(energy.hand(), &energy.object().centroid, strict) {
+    // One or two grasps are always on a line.
+    let few = count(Judgement::passes_strict) < 3;
+    let diversity = Diversity::of(energy.hand(), &energy.object().centroid, strict);
+    if let Some(diversity) = diversity.filter(|_| !few) {
         let [first, second, ..] = diversity.explained_variance;
         let rate = diversity.region_sets_per_hundred;
         let rate = rate.map_or(String::new(), |rate| {
@@ -457,9 +461,9 @@ fn summary(energy: &GraspEnergy, found: &Synthesis, seconds: Option<f64>) -> Str
         });
         let _ = writeln!(
             text,
-            "of the strict ones   {} sets of hand regions{rate}, entropy of joints {:.2} and of the pose {:.2} nats,\n\
+            "of the strict ones   {} of hand regions{rate}, entropy of joints {:.2} and of the pose {:.2} nats,\n\
              \x20                    {:.0} % of the variance in one principal component, {:.0} % in two",
-            diversity.region_sets,
+            counted(diversity.region_sets, "set"),
             diversity.joint_entropy,
             diversity.pose_entropy,
             100.0 * first,
@@ -467,4 +471,20 @@ fn summary(energy: &GraspEnergy, found: &Synthesis, seconds: Option<f64>) -> Str
         );
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_firm_grasps_the_remedy_depends_on_the_energy() {
+        let firm = |preset: &str| PopulationSettings {
+            experiment: Experiment::preset(preset).unwrap(),
+            keep: Keep::Preloaded,
+            ..PopulationSettings::default()
+        };
+        assert!(remedy(&firm(DEFAULT_PRESET)).contains("leave out --keep firm"));
+        assert!(remedy(&firm("four_points")).starts_with("run more"));
+    }
 }

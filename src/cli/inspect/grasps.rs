@@ -14,6 +14,7 @@ use crate::evaluation::human_likeness::MEASURES;
 use crate::grasp::Judgement;
 use crate::grasp::closure::{PointContact, contact_forces};
 use crate::grasp::filter::{MOST_GAP_M, STRICT_FRICTION};
+use crate::printable::counted;
 use crate::store::GraspRow;
 use crate::study::{JudgedContact, JudgedGrasp, JudgedPopulation, judge_all};
 
@@ -210,8 +211,8 @@ fn title(of: &JudgedPopulation) -> String {
     } else {
         String::new()
     };
-    let (grasps, hand, object) = (of.grasps, &of.hand, &of.object);
-    format!("{grasps} grasps of the {hand} hand on {object}{scale}\n\n")
+    let (grasps, hand, object) = (counted(of.grasps, "grasp"), &of.hand, &of.object);
+    format!("{grasps} of the {hand} hand on {object}{scale}\n\n")
 }
 
 /// The counts and quantiles as a page of text.
