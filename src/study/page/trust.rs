@@ -226,6 +226,24 @@ fn apart(tree: &Tree) -> Option<Statement> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::topography::NodeId;
+
+    /// Three minima at 0, 1 and 3; the latter two merge at 4, and the first joins them at 9.
+    #[test]
+    fn depths_are_measured_from_the_higher_branches() {
+        let node = |energy: f64, children: &[usize]| Node {
+            energy,
+            minimum: None,
+            children: children.iter().copied().map(NodeId).collect(),
+            parent: None,
+            evidence: Evidence::Saddle,
+        };
+        let leaves = [0.0, 1.0, 3.0].map(|energy| node(energy, &[]));
+        let mut nodes = leaves.to_vec();
+        nodes.extend([node(4.0, &[2, 1]), node(9.0, &[0, 3])]);
+        let roots = vec![NodeId(4)];
+        assert_eq!(depths(&Tree { nodes, roots }), [1.0, 8.0]);
+    }
 
     #[test]
     fn notes_become_sentences() {
