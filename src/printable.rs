@@ -33,6 +33,12 @@ pub fn printable_json(document: &str) -> String {
     shown
 }
 
+/// A count and its noun, whose plural ends in s: `1 grasp`, `3 grasps`.
+pub(crate) fn counted(count: usize, noun: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} {noun}{plural}")
+}
+
 /// Greatest length of a sentence, in characters.
 const LONGEST: usize = 2000;
 

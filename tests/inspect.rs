@@ -417,7 +417,10 @@ fn a_file_of_grasps_in_numbers() {
     let text = desk.print("inspect g.parquet -q");
     assert_says(
         &text,
-        &["5 grasps of the human hand on bottle_round", "touched by"],
+        &[
+            "5 grasps of the human hand on bottle_round",
+            "links with a contact of the set within 2 mm",
+        ],
     );
     assert_eq!(line(&text, "strict filter"), "4 of 5 (80 %)");
     assert_says(line(&text, "  refused for"), &["1"]);
@@ -491,6 +494,22 @@ fn grasps_for_machines() {
         }
         assert_eq!(found["terms"].as_object().unwrap().len(), grasp.terms.len());
     }
+    // A link counts only where a contact is near the object. One grasp is far away.
+    let links = all["landscapes"][0]["links_in_contact"]
+        .as_object()
+        .unwrap();
+    for (link, count) in links {
+        let near = |touch: &&Value| touch["distance_m"].as_f64().unwrap().abs() <= 0.002;
+        let has = |grasp: &&Value| {
+            let contacts = grasp["contacts"].as_array().unwrap();
+            contacts
+                .iter()
+                .filter(near)
+                .any(|touch| touch["link"] == **link)
+        };
+        assert_eq!(*count, judged.iter().filter(has).count(), "{link}");
+    }
+    assert!(!links.is_empty());
     // As synthesis judged the same grasps when it wrote the file.
     for (found, grasp) in judged.iter().zip(&file.grasps).take(4) {
         let near = |key: &str, told: f64| (found[key].as_f64().unwrap() - told).abs() < 1e-6;

@@ -106,7 +106,7 @@ pub(super) struct HandAndObject {
     #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) hand: Option<String>,
     /// The object, if the file does not describe it. If the file does, judge the poses with this other object (in its own
-    /// size); all measures are then computed anew, and labels and outcomes of simulations are dropped.
+    /// size); the contact set stays, all measures are computed anew, and labels and outcomes of simulations are dropped.
     #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) object: Option<String>,
 }

@@ -59,7 +59,7 @@ pub(super) struct Build {
     /// Map only the grasps that held in simulation (column `stable` of `landscape stability`).
     #[arg(long)]
     only_stable: bool,
-    /// Map only the first N grasps, for a quick look.
+    /// Map only the first N grasps of each hand, object and size in the file, for a quick look.
     #[arg(long, value_name = "N")]
     first: Option<usize>,
     /// Seed of all random draws; 0 by default.
@@ -131,7 +131,20 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     }
     check_resumable(&command.again, &folders)?;
     for (population, folder) in populations.iter().zip(&folders) {
-        build(command, common, population, folder, warnings.clone())
+        let mapped = population
+            .grasps
+            .len()
+            .min(command.first.unwrap_or(usize::MAX));
+        let all = mapped == file.grasps.len();
+        // Numbers in these sentences count the grasps of the file.
+        let warnings = warnings.iter().map(|warning| {
+            if all {
+                warning.clone()
+            } else {
+                format!("of the whole file: {warning}")
+            }
+        });
+        build(command, common, population, folder, warnings.collect())
             .with_context(|| format!("{}", command.grasps.display()))?;
     }
     print_landscapes(common, &folders)

@@ -9,6 +9,7 @@ use serde_json::json;
 use super::args::Common;
 use super::input::open_landscape;
 use crate::cli::printing::{print, print_json};
+use crate::figure::number;
 use crate::object::Description;
 use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::{LandscapeFiles, Manifest};
@@ -148,7 +149,8 @@ fn common_space(before: &Side, after: &Side) -> anyhow::Result<Box<dyn Space>> {
         [Some(one), Some(other)] => {
             ensure!(
                 one.content_hash == other.content_hash,
-                "the two landscapes are of different hands (`{}`, `{}`): their poses cannot be compared",
+                "the two landscapes are of different hands (`{}`, `{}`), so their minima cannot be matched; `landscape \
+                 diversity` compares how diverse the grasps of different hands are",
                 one.name,
                 other.name
             );
@@ -202,7 +204,11 @@ fn surface_space(manifest: &Manifest) -> anyhow::Result<(Box<dyn Space + Send>, 
 fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> String {
     let minima = before.minima.iter().chain(&after.minima);
     let digits = Digits::of(minima.map(|minimum| minimum.energy));
-    let lengths = Digits::of([reach]);
+    let reach = if before.manifest.hand.is_some() {
+        format!("{} mm", number(1e3 * reach))
+    } else {
+        Digits::of([reach]).show(reach)
+    };
     let moved: Vec<f64> = (found.matches.iter())
         .map(|matched| (matched.energies[1] - matched.energies[0]).abs())
         .collect();
@@ -213,7 +219,7 @@ fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> Stri
             found.matches.len(),
             before.minima.len(),
             after.minima.len(),
-            lengths.show(reach),
+            reach,
             found.vanished.len(),
             found.appeared.len()
         ),

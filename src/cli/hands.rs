@@ -14,7 +14,8 @@ use super::input;
 use super::output::{check_file, check_place};
 use crate::cli::printing::{complain, print, print_json};
 use crate::figure::{Image, Marker, Scene, Surface, contact_sheet_canvas};
-use crate::hand::{HAND_NAMES, Hand, JointKind, LinkId, PosedHand, Skin};
+use crate::hand::{HAND_NAMES, Hand, JointKind, Link, LinkId, Motion, PosedHand, Skin};
+use crate::printable::counted;
 use crate::space::{PoseMetric, joints_of_mut};
 use crate::store::FileSet;
 
@@ -72,14 +73,14 @@ Examples:
 const SIDE: u32 = 420;
 /// Radius of the mark at a surface point, metres.
 const POINT_M: f64 = 1.2e-3;
-/// Colours of palm and digits.
-const COLOURS: [[u8; 3]; 6] = [
-    [120, 128, 140],
-    [213, 80, 40],
-    [40, 120, 190],
-    [60, 150, 80],
-    [150, 90, 170],
-    [200, 150, 30],
+/// Colours of palm and digits, with their names in the table.
+const COLOURS: [(&str, [u8; 3]); 6] = [
+    ("grey", [120, 128, 140]),
+    ("orange", [213, 80, 40]),
+    ("blue", [40, 120, 190]),
+    ("green", [60, 150, 80]),
+    ("violet", [150, 90, 170]),
+    ("ochre", [200, 150, 30]),
 ];
 
 pub(super) fn run(command: &HandsCommand, common: &Common) -> anyhow::Result<()> {
@@ -173,19 +174,23 @@ fn inspect(command: &HandsInspect, common: &Common) -> anyhow::Result<()> {
 /// Text table of the derived quantities.
 fn table(hand: &Hand) -> String {
     let mut text = format!(
-        "{}: {} links, {} joints, {} surface points, {} capsules, {} pairs of them checked for self-penetration\n\n",
+        "{}: {}, {}, {}, {}; self-penetration is checked in {} of capsules\n\n",
         hand.name,
-        hand.links.len(),
-        hand.joints.len(),
-        hand.surface.len(),
-        hand.capsules.len(),
-        hand.self_pairs.len()
+        counted(hand.links.len(), "link"),
+        counted(hand.joints.len(), "joint"),
+        counted(hand.surface.len(), "surface point"),
+        counted(hand.capsules.len(), "capsule"),
+        counted(hand.self_pairs.len(), "pair")
     );
     digits(hand, &mut text);
     joints(hand, &hand.pose_metric(), &mut text);
-    let vector = |v: &Vector3<f64>| format!("({:.2}, {:.2}, {:.2})", v.x, v.y, v.z);
+    // Rounded first, so that no −0 is printed.
+    let vector = |v: &Vector3<f64>| {
+        let v = v.map(|part| (100.0 * part).round() / 100.0 + 0.0);
+        format!("({:.2}, {:.2}, {:.2})", v.x, v.y, v.z)
+    };
     let palm = &hand.palm;
-    let centre = palm.centre * 1e3;
+    let centre = palm.centre.map(|part| (1e3 * part).round() + 0.0);
     let _ = writeln!(
         text,
         "\npalm: centre ({:.0}, {:.0}, {:.0}) mm, faces {}, fingers point {}, an object is faced {:.0} mm toward them",
@@ -216,7 +221,8 @@ fn value(hand: &Hand, wrote: &[&Path]) -> Value {
                 "name": link.name,
                 "part": part,
                 "points": points.clone().count(),
-                "area_m2": points.map(|at| at.area_m2).sum::<f64>(),
+                // An empty sum is −0.
+                "area_m2": points.map(|at| at.area_m2).sum::<f64>() + 0.0,
                 "capsules": hand.capsules.iter().filter(|capsule| capsule.link.0 == number).count(),
             })
         })
@@ -235,6 +241,13 @@ fn value(hand: &Hand, wrote: &[&Path]) -> Value {
                 "rest": hand.prior.rest_rad[number],
                 "deviation": hand.prior.deviations_rad[number],
                 "lever_m": metric.joint_levers_m[number],
+                "followers": followers(hand, number)
+                    .map(|(link, motion)| json!({
+                        "link": link.name,
+                        "ratio": motion.ratio,
+                        "offset": motion.offset,
+                    }))
+                    .collect::<Vec<_>>(),
             })
         })
         .collect();
@@ -283,8 +296,8 @@ pub(super) fn expense(hand: &Hand) -> Option<String> {
 fn digits(hand: &Hand, text: &mut String) {
     let _ = writeln!(
         text,
-        "{:<12}{:>8}{:>12}{:>10}  links",
-        "part", "points", "area, cm²", "capsules"
+        "{:<12}{:>8}{:>12}{:>10}  {:<8}links",
+        "part", "points", "area, cm²", "capsules", "colour"
     );
     let arm = (0..hand.links.len()).any(|link| hand.is_arm(LinkId(link)));
     let parts = (hand.digits.iter().enumerate()).map(|(digit, name)| (Some(digit), name.as_str()));
@@ -299,10 +312,12 @@ fn digits(hand: &Hand, text: &mut String) {
             .filter(|&link| of_digit(link))
             .map(|link| hand.links[link].name.as_str())
             .collect();
-        let area: f64 = points().map(|at| at.area_m2).sum();
+        // An empty sum is −0.
+        let area = points().map(|at| at.area_m2).sum::<f64>() + 0.0;
+        let colour = digit.map_or("–", |digit| COLOURS[digit % COLOURS.len()].0);
         let _ = writeln!(
             text,
-            "{name:<12}{:>8}{:>12.1}{capsules:>10}  {}",
+            "{name:<12}{:>8}{:>12.1}{capsules:>10}  {colour:<8}{}",
             points().count(),
             1e4 * area,
             links.join(", ")
@@ -324,13 +339,10 @@ fn joints(hand: &Hand, metric: &PoseMetric, text: &mut String) {
             JointKind::Slide => (1e3, "mm", "mm/m"),
         };
         let [lower, upper] = joint.limits_rad.map(|limit| factor * limit);
-        let followers = hand.links.iter().filter(|link| {
-            let follows = link.motion.is_some_and(|motion| motion.joint == j);
-            follows && hand.links[joint.link.0].name != link.name
-        });
-        let followers = match followers.count() {
-            0 => String::new(),
-            count => format!("  ({count} more follow)"),
+        let followers: Vec<String> = followers(hand, j).map(told_follower).collect();
+        let followers = match followers.as_slice() {
+            [] => String::new(),
+            told => format!("  followed by {}", told.join(", ")),
         };
         let _ = writeln!(
             text,
@@ -346,6 +358,25 @@ fn joints(hand: &Hand, metric: &PoseMetric, text: &mut String) {
             format!("{:.1} {per}", 1e3 * metric.joint_levers_m[j]),
         );
     }
+}
+
+/// The links that a joint moves besides its own, and how.
+fn followers(hand: &Hand, joint: usize) -> impl Iterator<Item = (&Link, &Motion)> {
+    let own = hand.joints[joint].link.0;
+    (hand.links.iter().enumerate())
+        .filter_map(|(number, link)| Some((number, link, link.motion.as_ref()?)))
+        .filter(move |(number, _, motion)| motion.joint == joint && *number != own)
+        .map(|(_, link, motion)| (link, motion))
+}
+
+/// A follower in the table.
+fn told_follower((link, motion): (&Link, &Motion)) -> String {
+    let offset = match motion.kind {
+        _ if motion.offset == 0.0 => String::new(),
+        JointKind::Hinge => format!(", offset {:.1} °", motion.offset.to_degrees()),
+        JointKind::Slide => format!(", offset {:.1} mm", 1e3 * motion.offset),
+    };
+    format!("{} (ratio {:.3}{offset})", link.name, motion.ratio)
 }
 
 /// The coordinates of the hand with all joints at a share of their ranges.
@@ -378,7 +409,7 @@ fn surface_points(hand: &Hand, x: &[f64]) -> Vec<Marker> {
         .map(|(at, p)| Marker {
             centre: *p,
             radius_m: POINT_M,
-            colour: COLOURS[hand.links[at.link.0].digit % COLOURS.len()],
+            colour: COLOURS[hand.links[at.link.0].digit % COLOURS.len()].1,
         })
         .collect()
 }
@@ -405,8 +436,8 @@ fn sheet(hand: &Hand) -> Vec<(Image, String)> {
     vec![
         draw(skinned(&rest), front, "at rest, from what the palm faces"),
         draw(skinned(&rest), side, "at rest, from the side"),
-        draw(with_points, front, "surface points by part"),
-        draw(capsules, front, "capsules kept out of things"),
+        draw(with_points, front, "points by part (colours in table)"),
+        draw(capsules, front, "inner capsules, for collisions"),
         draw(
             skinned(&at(hand, 0.0)),
             side,
@@ -423,6 +454,14 @@ fn sheet(hand: &Hand) -> Vec<(Image, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn joints_name_their_followers() {
+        let hand = Hand::named("gripper_parallel").unwrap();
+        let text = table(&hand);
+        assert!(!text.contains("-0.00") && !text.contains("(-0,"), "{text}");
+        assert!(text.contains("followed by jaw_2 (ratio 1.000)"), "{text}");
+    }
 
     /// Three plates of two millimetres on hinges, thin boxes as in slow hands.
     #[test]

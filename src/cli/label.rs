@@ -14,6 +14,7 @@ use super::output::check_file;
 use super::run::Watch;
 use crate::cli::printing::{complain, print, print_json};
 use crate::evaluation::taxonomy::{Category, Label, Rule, Taxonomy, Verdict, explain};
+use crate::printable::counted;
 use crate::store::{GraspFile, GraspRow};
 use crate::study::{HumanLabel, Run, given_labels, human_label, label_all, record_labels, tally};
 
@@ -224,20 +225,24 @@ const LISTED: usize = 20;
 
 /// Counts of types, cells and categories, and disagreements between human and rule.
 fn summary(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> String {
-    let counted = Counted(labels);
-    format!(
-        "{} grasps\n\
-         by the rule\n{}\
-         categories (of types, cells and categories)\n{}\
-         cells (category/opposition/virtual finger 2/thumb)\n{}\
-         types\n{}{}",
-        labels.len(),
-        counted.verdicts(),
-        counted.categories(),
-        counted.cells(),
-        counted.types(),
-        humans(file, labels)
-    )
+    let counts = Counted(labels);
+    let parts = [
+        ("by the rule", counts.verdicts()),
+        (
+            "categories (of types, cells and categories)",
+            counts.categories(),
+        ),
+        (
+            "cells (category/opposition/virtual finger 2/thumb)",
+            counts.cells(),
+        ),
+        ("types", counts.types()),
+    ];
+    let mut text = counted(labels.len(), "grasp") + "\n";
+    for (title, lines) in parts.iter().filter(|(_, lines)| !lines.is_empty()) {
+        let _ = write!(text, "{title}\n{lines}");
+    }
+    text + &humans(file, labels)
 }
 
 /// Labels, to be counted.

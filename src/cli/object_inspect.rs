@@ -15,6 +15,7 @@ use crate::cli::printing::{complain, print, print_json};
 use crate::figure::{Image, Scene, Surface, contact_sheet_canvas};
 use crate::limits::OBJECT_SCALE;
 use crate::object::{Description, FoundSymmetry, Object, find_symmetry};
+use crate::printable::counted;
 use crate::space::Symmetry;
 use crate::store::FileSet;
 
@@ -27,7 +28,10 @@ pub(super) struct ObjectsInspect {
     /// Metres per unit of the mesh.
     #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
     scale: Option<f64>,
-    /// The picture to write (.png); by default in the current folder, named after the object.
+    /// Name of the picture, without .png; by default the name of the object, in the current folder.
+    #[arg(long, short, value_name = "NAME")]
+    output: Option<PathBuf>,
+    /// The picture to write (.png), if it should have its own name.
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
     /// Write a description (.json) with the symmetry found. A description beside the mesh, with the same name, is read with
@@ -67,11 +71,13 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
     if let Some(scale) = command.scale {
         within("--scale", OBJECT_SCALE, scale)?;
     }
-    let stem = Path::new(&command.object).file_stem().unwrap_or_default();
-    let picture = command
-        .picture
-        .clone()
-        .unwrap_or_else(|| PathBuf::from(format!("{}.png", stem.to_string_lossy())));
+    let mut named = match &command.output {
+        Some(output) => output.as_os_str(),
+        None => Path::new(&command.object).file_stem().unwrap_or_default(),
+    }
+    .to_owned();
+    named.push(".png");
+    let picture = command.picture.clone().unwrap_or(named.into());
     check_file(&picture, &[Path::new(&command.object)], common)?;
     if let Some(side_file) = &command.side_file {
         check_place(side_file)?;
@@ -179,7 +185,7 @@ fn table(object: &Object, found: &FoundSymmetry, tolerance_m: f64) -> String {
         sides.as_slice().join(separator)
     };
     let guessed = match object.description.mass_kg {
-        None => ", for want of anything better",
+        None => ", the usual density, because no mass is given",
         Some(_) => "",
     };
     format!(
@@ -213,15 +219,15 @@ fn table(object: &Object, found: &FoundSymmetry, tolerance_m: f64) -> String {
 fn surface(object: &Object) -> String {
     let mesh = &object.mesh;
     let pieces = mesh.piece_count();
-    let plural = if pieces == 1 { "" } else { "s" };
     let overlapping = if mesh.overlaps() {
         " that overlap or touch: what lies inside another counts as inside"
     } else {
         ""
     };
     format!(
-        "{} triangles, watertight, {pieces} piece{plural}{overlapping}",
-        mesh.triangles().len()
+        "{} triangles, watertight, {}{overlapping}",
+        mesh.triangles().len(),
+        counted(pieces, "piece")
     )
 }
 
@@ -287,7 +293,11 @@ fn told(symmetry: &Symmetry) -> String {
             } else {
                 String::new()
             };
-            format!("{} motions: {}{more}", motions.len(), turns.join(", "))
+            format!(
+                "{}: {}{more}",
+                counted(motions.len(), "motion"),
+                turns.join(", ")
+            )
         }
     }
 }

@@ -129,7 +129,9 @@ fn of_landscapes(command: &Report, common: &Common) -> anyhow::Result<String> {
     };
     ensure!(
         path.is_dir(),
-        "{}: two landscapes can be shown face to face",
+        "{}: this is no landscape, which is a folder, and only two landscapes can be shown face to face (`landscape report \
+         {}` shows the grasps of a file)",
+        path.display(),
         path.display()
     );
     let other = Opened::read(path)?;

@@ -14,6 +14,7 @@ use super::run::{Watch, end_worker, journal_beside, open_journal, open_worker, s
 use super::workers::Share;
 use crate::cli::printing::{complain, explain, print, print_json};
 use crate::evaluation::stability::{Drop, Protocol, SixDirections};
+use crate::printable::counted;
 use crate::study::{ObjectFit, Run, Simulation, simulate_all, simulation_fingerprint, tally};
 
 /// Simulate grasps.
@@ -196,9 +197,10 @@ fn summary(found: &Simulation) -> String {
     for ObjectFit { object, fit, .. } in &found.fits {
         let _ = writeln!(
             text,
-            "{object}: {} convex pieces, volume {:+.1} %, surface between {:.2} mm filled and {:.2} mm cut off",
-            fit.pieces,
-            100.0 * fit.volume_error,
+            "{object}: {}, volume {:+.1} %, surface between {:.2} mm filled and {:.2} mm cut off",
+            counted(fit.pieces, "convex piece"),
+            // Rounded first, so that no −0.0 is printed.
+            (1000.0 * fit.volume_error).round() / 10.0 + 0.0,
             1e3 * fit.filled_m,
             1e3 * fit.cut_m,
         );

@@ -20,6 +20,7 @@ use crate::evaluation::stability::{Drop, Protocol};
 use crate::grasp::synthesis::{Refinement, Sampler};
 use crate::grasp::{GraspEnergy, Judgement};
 use crate::limits::{CHAINS, PERTURBATION, STEPS};
+use crate::printable::counted;
 use crate::store::{GraspFile, Metadata};
 use crate::study::{
     DEFAULT_PRESET, Experiment, Keep, Origin, PopulationSettings, Run, Synthesis, simulate_sample,
@@ -122,8 +123,9 @@ pub(super) struct Synth {
 pub(super) enum KeepName {
     /// Grasps that a person could hold: contacts within 2 mm, nothing deeper than 2 mm, exact force closure, …
     Strict,
-    /// Grasps whose hand, closed until it presses, passes the strict filter and holds firmly, so that it keeps the object
-    /// in simulation. They are a millimetre or two away from minima of the energy.
+    /// For energies without an elastic layer (such as `four_points`): grasps whose hand, closed until it presses, passes the
+    /// strict filter and holds firmly, so that it keeps the object in simulation. They are a millimetre or two away from
+    /// minima of the energy. With the default energy, strict grasps press already, and few of them pass, or none.
     Firm,
     /// Grasps that pass Eq. 11 of the paper.
     Published,
@@ -221,9 +223,9 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     }
     anyhow::ensure!(
         !found.grasps.is_empty(),
-        "none of the {} chains passed the filter: run more (-n) or longer ones (--steps with --fresh), or keep \
-         others (--keep)",
-        settings.chains
+        "none of the {} chains passed the filter: {}",
+        settings.chains,
+        remedy(&settings)
     );
     let file = GraspFile {
         metadata: Metadata {
@@ -250,6 +252,16 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         print_json(&told)?;
     }
     Ok(())
+}
+
+/// What to do if no chain passes the filter.
+fn remedy(settings: &PopulationSettings) -> &'static str {
+    if settings.keep == Keep::Preloaded && settings.experiment.energy.layer.is_some() {
+        "with this energy, which has an elastic layer, strict grasps press on the object already, so keep those (leave \
+         out --keep firm); firm grasps are meant for energies without such a layer (--preset four_points)"
+    } else {
+        "run more (-n) or longer ones (--steps with --fresh), or keep others (--keep)"
+    }
 }
 
 /// Prints how many of at most `most` grasps hold in the drop test, and returns how many were dropped and how many of them
@@ -438,7 +450,10 @@ fn summary(energy: &GraspEnergy, found: &Synthesis, seconds: Option<f64>) -> Str
         .iter()
         .filter(|(_, judgement)| judgement.passes_strict())
         .map(|(end, _)| &end.refined);
-    if let Some(diversity) = Diversity::of(energy.hand(), &energy.object().centroid, strict) {
+    // One or two grasps are always on a line.
+    let few = count(Judgement::passes_strict) < 3;
+    let diversity = Diversity::of(energy.hand(), &energy.object().centroid, strict);
+    if let Some(diversity) = diversity.filter(|_| !few) {
         let [first, second, ..] = diversity.explained_variance;
         let rate = diversity.region_sets_per_hundred;
         let rate = rate.map_or(String::new(), |rate| {
@@ -446,9 +461,9 @@ fn summary(energy: &GraspEnergy, found: &Synthesis, seconds: Option<f64>) -> Str
         });
         let _ = writeln!(
             text,
-            "of the strict ones   {} sets of hand regions{rate}, entropy of joints {:.2} and of the pose {:.2} nats,\n\
+            "of the strict ones   {} of hand regions{rate}, entropy of joints {:.2} and of the pose {:.2} nats,\n\
              \x20                    {:.0} % of the variance in one principal component, {:.0} % in two",
-            diversity.region_sets,
+            counted(diversity.region_sets, "set"),
             diversity.joint_entropy,
             diversity.pose_entropy,
             100.0 * first,
@@ -456,4 +471,20 @@ fn summary(energy: &GraspEnergy, found: &Synthesis, seconds: Option<f64>) -> Str
         );
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_firm_grasps_the_remedy_depends_on_the_energy() {
+        let firm = |preset: &str| PopulationSettings {
+            experiment: Experiment::preset(preset).unwrap(),
+            keep: Keep::Preloaded,
+            ..PopulationSettings::default()
+        };
+        assert!(remedy(&firm(DEFAULT_PRESET)).contains("leave out --keep firm"));
+        assert!(remedy(&firm("four_points")).starts_with("run more"));
+    }
 }

@@ -19,6 +19,8 @@ const LABEL_RADIUS: f64 = 10.0;
 /// Width of the line of a typical barrier. `WIDTHS` are the thinnest and the thickest line.
 const TYPICAL_WIDTH: f64 = 2.6;
 const WIDTHS: [f64; 2] = [0.7, 9.0];
+/// Ratio of widths that the eye tells apart.
+const DISTINCT: f64 = 1.3;
 
 /// A connection of two minima.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -256,14 +258,11 @@ impl BarrierPicture {
             return legend;
         }
         legend.heading("barrier");
-        for barrier in widths.typical() {
-            legend.line(
-                Stroke::solid(LINE, widths.width(barrier)),
-                &axis::number(barrier),
-            );
+        for (barrier, text) in widths.explained() {
+            legend.line(Stroke::solid(LINE, widths.width(barrier)), &text);
         }
         if widths.in_tree.contains(&false) {
-            legend.line(Stroke::solid(PALE_LINE, TYPICAL_WIDTH), "not lowest");
+            legend.line(Stroke::solid(PALE_LINE, TYPICAL_WIDTH), "a detour is lower");
         }
         if links.iter().any(|link| link.evidence > Evidence::Path) {
             legend.line(dashed(LINE, TYPICAL_WIDTH), "upper bound");
@@ -437,15 +436,34 @@ impl Widths {
         barriers.map(|(link, &barrier)| (link.ends, self.length(barrier)))
     }
 
-    /// Low, middle and high barriers, for the legend.
-    fn typical(&self) -> Vec<f64> {
+    /// Low, typical and high barriers with their texts, for the legend: only barriers whose widths can be told apart.
+    fn explained(&self) -> Vec<(f64, String)> {
         let mut sorted = self.barriers.clone();
         sorted.sort_by(f64::total_cmp);
-        let mut values: Vec<f64> = [1, 5, 9]
-            .iter()
-            .map(|tenth| sorted[(sorted.len() - 1) * tenth / 10])
-            .collect();
-        values.dedup_by_key(|value| axis::number(*value));
+        let at = |tenths: usize| sorted[(sorted.len() - 1) * tenths / 10];
+        let (low, high) = (at(1), at(9));
+        // Beyond these barriers all lines have the thickest and the thinnest width.
+        let [thinnest, thickest] = WIDTHS.map(|width| TYPICAL_WIDTH * self.typical / width);
+        let explained = |barrier: f64| {
+            let (barrier, sign) = if barrier < thickest {
+                (thickest, "≤ ")
+            } else if barrier > thinnest {
+                (thinnest, "≥ ")
+            } else {
+                (barrier, "")
+            };
+            (barrier, format!("{sign}{}", axis::number(barrier)))
+        };
+        let mut values = vec![explained(low)];
+        for barrier in [self.typical.clamp(low, high), high] {
+            let (barrier, text) = explained(barrier);
+            let before = values
+                .last()
+                .map_or(f64::INFINITY, |last| self.width(last.0));
+            if before > DISTINCT * self.width(barrier) {
+                values.push((barrier, text));
+            }
+        }
         values
     }
 }
@@ -527,6 +545,26 @@ mod tests {
         assert!(widths.width(widths.typical) > 1.45 * widths.width(1.5 * widths.typical));
         assert!(widths.length(0.0) < widths.length(widths.typical));
         assert_eq!(widths.in_tree.iter().filter(|kept| **kept).count(), 59);
+    }
+
+    #[test]
+    fn lines_of_the_legend_can_be_told_apart() {
+        let picture = picture(60, 1, false);
+        let mut widths = Widths::new(&picture, &picture.links);
+        let typical = widths.typical;
+        // Most barriers are so high that their lines have the thinnest width.
+        for (index, barrier) in widths.barriers.iter_mut().enumerate() {
+            *barrier = typical * [1.0, 10.0, 30.0, 100.0, 300.0][index % 5];
+        }
+        let texts: Vec<String> = widths
+            .explained()
+            .into_iter()
+            .map(|(_, text)| text)
+            .collect();
+        let thinnest = format!("≥ {}", axis::number(TYPICAL_WIDTH * typical / WIDTHS[0]));
+        assert_eq!(texts, [axis::number(typical), thinnest]);
+        widths.barriers.fill(typical);
+        assert_eq!(widths.explained().len(), 1);
     }
 
     #[test]

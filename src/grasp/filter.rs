@@ -19,6 +19,8 @@ pub const STRICT_FRICTION: f64 = 0.5;
 
 /// Depth that the strict filter refuses, metres.
 const MOST_DEPTH_M: f64 = 0.002;
+/// Greatest distance of a contact from the mesh, either way, metres.
+pub const MOST_GAP_M: f64 = 0.002;
 
 /// Greatest mean compliance of the elastic layer in the strict filter, of 1 for a hand that has let go.
 pub const MOST_COMPLIANCE: f64 = 0.1;
@@ -75,7 +77,7 @@ impl Judgement {
                 self.compliance.is_some() || self.net_wrench < 0.5,
                 "net wrench",
             ),
-            (self.gap_m <= 0.002, "contact gap"),
+            (self.gap_m <= MOST_GAP_M, "contact gap"),
             (self.deepest_m < MOST_DEPTH_M, "penetration"),
             (self.self_penetration_m < 0.003, "self-penetration"),
             (self.joint_excess_rad <= 1e-3, "joint limits"),

@@ -107,7 +107,10 @@ impl Files for NoFiles {
 
 /// Bytes as text.
 pub(super) fn text_of(bytes: Vec<u8>) -> Result<String, String> {
-    String::from_utf8(bytes).map_err(|error| format!("it is not text: {error}"))
+    String::from_utf8(bytes).map_err(|error| {
+        let place = error.utf8_error().valid_up_to();
+        format!("it is not a text file, which URDF and MJCF files are (byte {place} is no UTF-8)")
+    })
 }
 
 /// The bytes of a file that is not too large. An error is half a sentence.

@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::evaluation::HandUse;
 use crate::evaluation::taxonomy::{Anatomy, Inapplicable};
 use crate::grasp::closure::PointContact;
+use crate::grasp::filter::MOST_GAP_M;
 use crate::grasp::{GraspEnergy, Judgement, MeasuredContact, judge, measure_contacts};
 use crate::hand::Hand;
 use crate::store::{GraspRow, Population};
@@ -142,8 +143,8 @@ pub struct JudgedPopulation {
     pub passes_released: usize,
     /// Counts of the first failed conditions of the strict filter.
     pub objections: BTreeMap<&'static str, usize>,
-    /// Number of grasps that touch with each link.
-    pub touched_by: BTreeMap<String, usize>,
+    /// By link, number of grasps whose contact set has a point on it that is within [`MOST_GAP_M`] of the mesh.
+    pub links_in_contact: BTreeMap<String, usize>,
     /// Why the hand is not measured as a human one, if so.
     pub not_human: Option<String>,
 }
@@ -154,15 +155,16 @@ impl JudgedPopulation {
         let count =
             |test: fn(&JudgedGrasp) -> bool| judged.iter().filter(|grasp| test(grasp)).count();
         let mut objections = BTreeMap::new();
-        let mut touched_by = BTreeMap::new();
+        let mut links_in_contact = BTreeMap::new();
         for grasp in judged {
             if let Some(reason) = grasp.objection {
                 *objections.entry(reason).or_default() += 1;
             }
-            let links: BTreeSet<&String> =
-                grasp.contacts.iter().map(|contact| &contact.link).collect();
+            let near = |contact: &&JudgedContact| contact.distance_m.abs() <= MOST_GAP_M;
+            let contacts = grasp.contacts.iter().filter(near);
+            let links: BTreeSet<&String> = contacts.map(|contact| &contact.link).collect();
             for link in links {
-                *touched_by.entry(link.clone()).or_default() += 1;
+                *links_in_contact.entry(link.clone()).or_default() += 1;
             }
         }
         Self {
@@ -174,7 +176,7 @@ impl JudgedPopulation {
             passes_published: count(|grasp| grasp.passes_published),
             passes_released: count(|grasp| grasp.passes_released),
             objections,
-            touched_by,
+            links_in_contact,
             not_human: Anatomy::of(hand)
                 .err()
                 .map(|why| Inapplicable::Hand(why).words()),

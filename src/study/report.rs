@@ -14,9 +14,10 @@ use super::tables::{Input, Mapped, upper_bounds};
 use super::uncertainty::{self, Uncertainty};
 use super::ways::Way;
 use super::{json, median, spell, tally};
+use crate::evaluation::taxonomy::{Labeller, Rule, Verdict};
 use crate::grasp::GraspEnergy;
 use crate::grasp::hover::HoverCost;
-use crate::printable::printable;
+use crate::printable::{counted, printable};
 use crate::store::{AtomicFolder, Counts, GraspRow, LandscapeFiles, Manifest, Population, Source};
 use crate::topography::exchange::Database;
 use crate::topography::{Evidence, Merge, MinimumId};
@@ -166,7 +167,12 @@ impl GraspReport<'_> {
         let rejected = found.landscape.rejected.len();
         if rejected > 0 {
             warnings.push(format!(
-                "{rejected} minima are left out: the descents that led there ended on a slope"
+                "{} left out: the descents that led there ended on a slope",
+                if rejected == 1 {
+                    "1 minimum is".to_owned()
+                } else {
+                    format!("{rejected} minima are")
+                }
             ));
         }
         let depth = median(merges.iter().map(|merge| merge.depth).collect());
@@ -181,7 +187,10 @@ impl GraspReport<'_> {
         ));
         }
         let barrier = found.landscape.groups.barrier;
-        if let Some(cost) = hovering(&found.hover).filter(|cost| barrier > *cost) {
+        // An elastic layer still holds a hand that is so near.
+        let bare = letting_go(self.energy.settings()).is_none();
+        let hovering = hovering(&found.hover).filter(|cost| bare && barrier > *cost);
+        if let Some(cost) = hovering {
             warnings.push(format!(
             "groups join minima over relative barriers up to {barrier:.3}, but hovering {:.0} mm off the object costs only \
              {cost:.3}: a group is whatever can be reached by letting go",
@@ -213,7 +222,7 @@ impl GraspReport<'_> {
         let notes = manifest.warnings.iter().cloned();
         let notes = notes.chain(not_drawn(files.minima.len()));
         lines.extend(notes.map(|note| format!("Note: {note}.\n")));
-        lines.extend(largest_groups(mapped));
+        lines.extend(largest_groups(mapped, self.energy));
         lines.extend(upper_bounds(merges));
         lines.push(format!(
             "\nMade by `{}`, landscape {}.\n",
@@ -233,8 +242,10 @@ impl GraspReport<'_> {
         let chain = &found.settings.chain;
         let mut lines = vec![
             format!(
-                "# {} grasps of the {} hand on {}\n",
-                counts.grasps, self.population.hand.name, self.population.object.name
+                "# {} of the {} hand on {}\n",
+                counted(self.population.grasps.len(), "grasp"),
+                self.population.hand.name,
+                self.population.object.name
             ),
             format!(
                 "- **{} minima** in **{} groups** ({})",
@@ -243,16 +254,19 @@ impl GraspReport<'_> {
                 self.rule_of_groups()
             ),
             format!(
-                "- attraction–diffusion at T = {:.4}, F = αT = {:.0}/m (α = {:.0}/m): {}",
+                "- attraction–diffusion chains: temperature T = {:.4}, pull F = {:.0}/m, F/T = α = {:.0}/m; {}",
                 chain.temperature,
                 chain.force,
                 chain.alpha(),
                 found.choice.spell()
             ),
             format!(
-                "- {} pairs connected; no path joins {} component(s) to the rest",
-                counts.pairs,
-                counts.components - 1
+                "- {} of minima connected; {}",
+                counted(files.edges.len(), "pair"),
+                match counts.components {
+                    0 | 1 => "paths join all minima".to_owned(),
+                    parts => format!("the minima fall into {parts} parts that no path joins"),
+                }
             ),
         ];
         lines.extend(evidence(files, merges));
@@ -359,9 +373,9 @@ fn input(grasp: &GraspRow) -> Input {
     }
 }
 
-fn largest_groups(mapped: &Mapped<'_>) -> Vec<String> {
+fn largest_groups(mapped: &Mapped<'_>, energy: &GraspEnergy) -> Vec<String> {
     let minimum = |id: &MinimumId| &mapped.landscape.network[NodeIndex::new(id.0)];
-    let mut groups: Vec<(usize, usize, Vec<usize>, f64)> = mapped
+    let mut groups: Vec<(usize, &[MinimumId], Vec<usize>)> = mapped
         .landscape
         .groups
         .members
@@ -372,31 +386,43 @@ fn largest_groups(mapped: &Mapped<'_>) -> Vec<String> {
                 .iter()
                 .flat_map(|id| minimum(id).members.clone())
                 .collect();
-            let energies = members.iter().map(|id| minimum(id).energy);
-            (
-                group,
-                members.len(),
-                rows,
-                energies.fold(f64::INFINITY, f64::min),
-            )
+            (group, members.as_slice(), rows)
         })
         .collect();
-    groups.sort_by_key(|(group, _, rows, _)| (std::cmp::Reverse(rows.len()), *group));
+    groups.sort_by_key(|(group, _, rows)| (std::cmp::Reverse(rows.len()), *group));
+    // As on the page, minima of a file without labels are named by the rule.
+    let unlabelled = mapped.inputs.iter().all(|input| input.label.is_none());
+    let labeller =
+        unlabelled.then(|| Labeller::new(energy.hand(), energy.object(), Rule::standard()));
+    let label = |lowest: Option<&MinimumId>, rows: &[usize]| match (&labeller, lowest) {
+        (Some(labeller), Some(lowest)) => {
+            let label = labeller.label(&minimum(lowest).coordinates);
+            match label.verdict {
+                Verdict::NotApplicable(_) => String::new(),
+                _ => label.text().to_owned(),
+            }
+        }
+        _ => mapped.label(rows).unwrap_or_default(),
+    };
+    let column = if unlabelled {
+        "type of the lowest, by the rule"
+    } else {
+        "label"
+    };
     let mut lines = vec![
         "## Largest groups\n".to_owned(),
-        "| group | minima | grasps | lowest energy | label |\n|---|---|---|---|---|".to_owned(),
+        format!("| group | minima | grasps | lowest energy | {column} |\n|---|---|---|---|---|"),
     ];
-    lines.extend(
-        groups
-            .into_iter()
-            .take(12)
-            .map(|(group, minima, rows, lowest)| {
-                format!(
-                    "| {group} | {minima} | {} | {lowest:.3} | {} |",
-                    rows.len(),
-                    mapped.label(&rows).unwrap_or_default()
-                )
-            }),
-    );
+    lines.extend(groups.into_iter().take(12).map(|(group, members, rows)| {
+        let lowest =
+            (members.iter()).min_by(|a, b| minimum(a).energy.total_cmp(&minimum(b).energy));
+        let energy = lowest.map_or(f64::INFINITY, |id| minimum(id).energy);
+        format!(
+            "| {group} | {} | {} | {energy:.3} | {} |",
+            members.len(),
+            rows.len(),
+            label(lowest, &rows)
+        )
+    }));
     lines
 }

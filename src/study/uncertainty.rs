@@ -136,8 +136,8 @@ pub(super) fn lines(uncertainty: &Uncertainty) -> Vec<String> {
     let number = |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{value:.3}"));
     if spread.runs > 0 {
         lines.push(format!(
-            "- raw chains: {} of {} arrived; in the median replicas differ by {}, directions by {}, and the lowest lies {} above \
-             the height found",
+            "- raw chains: {} of {} arrived. Their barriers are upper bounds; in the median, chains of the same pair and direction \
+             differ by {}, the two directions of a pair by {}, and the lowest chain of a pair lies {} above the height found",
             spread.arrived,
             spread.runs,
             number(spread.median_range_of_replicas),

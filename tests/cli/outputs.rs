@@ -28,7 +28,7 @@ fn desk() -> Desk {
 }
 
 /// Every verb that writes files, and the files.
-const WRITES: [(&str, &[&str]); 16] = [
+const WRITES: [(&str, &[&str]); 17] = [
     (
         "synth --object ball -n 1 --steps 20 --keep all",
         &["grasps.parquet"],
@@ -52,6 +52,7 @@ const WRITES: [(&str, &[&str]); 16] = [
     ),
     ("objects inspect box.obj", &["box.png"]),
     ("objects inspect box.obj --side-file s.json", &["box.png"]),
+    ("objects inspect box.obj -o other", &["other.png"]),
     (
         "compare g.landscape",
         &[

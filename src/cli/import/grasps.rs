@@ -20,6 +20,18 @@ use crate::study::{
     GraspImportError, GraspImportSettings, ImportedGrasps, Run, ScaleCounts, import_grasps,
 };
 
+/// Names of mesh files in data sets that do not tell the object.
+const VAGUE_NAMES: [&str; 8] = [
+    "decomposed",
+    "mesh",
+    "model",
+    "nontextured",
+    "object",
+    "scaled",
+    "simplified",
+    "textured",
+];
+
 pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     let hand = command.hand.as_deref();
     let hand = hand.context("--hand: the hand of the grasps must be named (a URDF or MJCF file, or one that comes with the program)")?;
@@ -65,6 +77,12 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     input::warn(&imported.notes);
     print(&summary(&imported));
     complain(&format!("wrote {}", output.display()));
+    let object = &imported.file.metadata.objects[0].name;
+    if command.name.is_none() && VAGUE_NAMES.contains(&object.as_str()) {
+        complain(&format!(
+            "the object is called \"{object}\" after its file; give it another name with --name"
+        ));
+    }
     let ScaleCounts(scales) = &imported.scales;
     if scales.len() > 1 && command.scale.is_none() {
         complain(&format!(

@@ -13,7 +13,8 @@ use crate::cli::{input, progress};
 use crate::evaluation::human_likeness::MEASURES;
 use crate::grasp::Judgement;
 use crate::grasp::closure::{PointContact, contact_forces};
-use crate::grasp::filter::STRICT_FRICTION;
+use crate::grasp::filter::{MOST_GAP_M, STRICT_FRICTION};
+use crate::printable::counted;
 use crate::store::GraspRow;
 use crate::study::{JudgedContact, JudgedGrasp, JudgedPopulation, judge_all};
 
@@ -210,8 +211,8 @@ fn title(of: &JudgedPopulation) -> String {
     } else {
         String::new()
     };
-    let (grasps, hand, object) = (of.grasps, &of.hand, &of.object);
-    format!("{grasps} grasps of the {hand} hand on {object}{scale}\n\n")
+    let (grasps, hand, object) = (counted(of.grasps, "grasp"), &of.hand, &of.object);
+    format!("{grasps} of the {hand} hand on {object}{scale}\n\n")
 }
 
 /// The counts and quantiles as a page of text.
@@ -235,9 +236,16 @@ fn summary(population: &JudgedPopulation, judged: &[JudgedGrasp]) -> String {
     text.push('\n');
     text.push_str(&quantiles(judged));
     text.push_str(&hand_use(population, judged));
-    text.push_str("\ntouched by\n");
+    let _ = writeln!(
+        text,
+        "\nlinks with a contact of the set within {:.0} mm of the object",
+        1e3 * MOST_GAP_M
+    );
+    if population.links_in_contact.is_empty() {
+        text.push_str("  none\n");
+    }
     let mut rows = Vec::new();
-    for (link, count) in by_frequency(&population.touched_by) {
+    for (link, count) in by_frequency(&population.links_in_contact) {
         rows.push(vec![format!("  {link}"), share(count)]);
     }
     text.push_str(&table(&rows));
@@ -269,7 +277,9 @@ fn quantiles(judged: &[JudgedGrasp]) -> String {
         ("beyond joint limits, rad", |grasp| {
             grasp.judgement.joint_excess_rad
         }),
-        ("digits in contact", |grasp| grasp.judgement.digits as f64),
+        ("digits of the contact set", |grasp| {
+            grasp.judgement.digits as f64
+        }),
         ("energy", |grasp| grasp.energy),
     ];
     let header = ["", "least", "10 %", "median", "90 %", "most"];

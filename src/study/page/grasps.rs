@@ -9,6 +9,7 @@ use super::Scenes;
 use super::pack::{Pack, Texts};
 use super::touch::{Touch, packed, touches};
 use crate::evaluation::taxonomy::{Category, Label, Taxonomy};
+use crate::printable::counted;
 use crate::store::{GraspFile, GraspRow};
 use crate::study::error::StudyError;
 use crate::study::names::MinimumName;
@@ -83,7 +84,7 @@ impl PageGrasps<'_> {
         let places: Vec<Vec<Touch>> = shown.iter().map(|shown| shown.touches.clone()).collect();
         json!({
             "name": self.name,
-            "title": format!("{} grasps of {}", shown.len(), self.name),
+            "title": format!("{} of {}", counted(shown.len(), "grasp"), self.name),
             "item": "grasp",
             "command": metadata.command,
             "program": metadata.program_version,

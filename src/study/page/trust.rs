@@ -3,7 +3,8 @@
 use serde_json::{Value, json};
 
 use crate::store::{LandscapeFiles, Manifest};
-use crate::topography::{Evidence, Tree, support};
+use crate::study::median;
+use crate::topography::{Evidence, Node, Tree, support};
 
 /// A merge is well supported if at least this fraction of the resamplings makes it.
 const WELL: f64 = 0.95;
@@ -28,7 +29,7 @@ pub(super) fn statements(files: &LandscapeFiles, tree: &Tree, resampled: &[Tree]
     statements.extend(supported(tree, resampled));
     statements.extend(unseen(manifest));
     statements.extend(searched(manifest));
-    statements.extend(hovering(manifest));
+    statements.extend(hovering(manifest, tree));
     statements.extend(apart(tree));
     statements.extend(notes(&manifest.warnings));
     let told = statements.iter().map(
@@ -166,20 +167,48 @@ fn searched(manifest: &Manifest) -> Option<Statement> {
     })
 }
 
-/// What hovering off the object costs, the scale of barriers.
-fn hovering(manifest: &Manifest) -> Option<Statement> {
-    let cost = manifest.findings.get("hover_cost")?.as_array()?.first()?;
+/// What hovering off the object costs, the scale of barriers. It asks for caution by the rule of the program's note: if a hand
+/// farther off costs less than the median merge depth.
+fn hovering(manifest: &Manifest, tree: &Tree) -> Option<Statement> {
+    let costs = manifest.findings.get("hover_cost")?.as_array()?;
+    let cost = costs.first()?;
     let middle = cost["quartiles"][1].as_f64()?;
     let clearance_mm = 1e3 * cost["clearance_m"].as_f64()?;
+    let farther = costs.get(1).and_then(|cost| cost["quartiles"][1].as_f64());
+    let cheap = farther.zip(median(depths(tree)));
+    let cheap = cheap.is_some_and(|(cost, depth)| cost < depth);
+    let meaning = match manifest.letting_go {
+        Some(cost) => format!(
+            "The elastic layer of this energy reaches farther than that, so the hand still holds weakly; a hand that has let \
+             go costs {cost:.3}. For a pass that is higher than the cost of hovering, see what happens on the way."
+        ),
+        None => "Such a hand touches nothing. A pass that is higher than that may be crossed by letting go and grasping anew, \
+                 so compare heights with this number."
+            .to_owned(),
+    };
     Some(Statement {
-        tone: "good",
+        tone: if cheap { "care" } else { "good" },
         short: format!("hovering {clearance_mm:.0} mm off costs {middle:.2}"),
         long: format!(
-            "A hand that hovers {clearance_mm:.0} mm off the object touches nothing. This costs {middle:.3} in energy \
-             (median over the minima). A pass that is higher than that may be crossed by letting go and grasping anew, so \
-             compare heights with this number."
+            "A hand that hovers {clearance_mm:.0} mm off the object costs {middle:.3} in energy (median over the minima). \
+             {meaning}"
         ),
     })
+}
+
+/// By how much the merges lie above the lowest minima of their branches, except for the lowest branch.
+fn depths(tree: &Tree) -> Vec<f64> {
+    let lowest = tree.fold(|node, branches: &[f64]| {
+        let least = branches.iter().copied().reduce(f64::min);
+        least.unwrap_or(tree.nodes[node.0].energy)
+    });
+    let of_merge = |node: &Node| {
+        let mut below: Vec<f64> = node.children.iter().map(|child| lowest[child.0]).collect();
+        below.sort_by(f64::total_cmp);
+        let height = node.energy;
+        below.into_iter().skip(1).map(move |least| height - least)
+    };
+    tree.nodes.iter().flat_map(of_merge).collect()
 }
 
 fn apart(tree: &Tree) -> Option<Statement> {
@@ -197,6 +226,24 @@ fn apart(tree: &Tree) -> Option<Statement> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::topography::NodeId;
+
+    /// Three minima at 0, 1 and 3; the latter two merge at 4, and the first joins them at 9.
+    #[test]
+    fn depths_are_measured_from_the_higher_branches() {
+        let node = |energy: f64, children: &[usize]| Node {
+            energy,
+            minimum: None,
+            children: children.iter().copied().map(NodeId).collect(),
+            parent: None,
+            evidence: Evidence::Saddle,
+        };
+        let leaves = [0.0, 1.0, 3.0].map(|energy| node(energy, &[]));
+        let mut nodes = leaves.to_vec();
+        nodes.extend([node(4.0, &[2, 1]), node(9.0, &[0, 3])]);
+        let roots = vec![NodeId(4)];
+        assert_eq!(depths(&Tree { nodes, roots }), [1.0, 8.0]);
+    }
 
     #[test]
     fn notes_become_sentences() {

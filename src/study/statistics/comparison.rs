@@ -1,5 +1,6 @@
 //! Comparison of a landscape with the taxonomy: its types, and the statistics of heights against labels.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use serde_json::{Value, json};
@@ -117,18 +118,21 @@ impl TaxonomyComparison<'_> {
         text
     }
 
-    /// The table of the statistics as Markdown.
+    /// The table of the statistics as Markdown, followed by those that the data do not suffice for.
     pub fn statistics(&self) -> String {
         let number = |p: Option<f64>| p.map_or(String::new(), |p| format!("{p:.4}"));
-        let mut text =
-            "| statistic | of | value | chance | 95 % | p |\n|---|---|---|---|---|---|\n"
-                .to_owned();
+        let mut text = String::new();
+        let mut without: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
         for row in &self.table.rows {
-            let value = match (&row.missing, row.statistic) {
-                (Some(missing), _) => format!("insufficient data: {missing}"),
-                (None, Some(value)) => format!("{value:.3}"),
-                (None, None) => "insufficient data".to_owned(),
+            let Some(value) = row.statistic.filter(|_| row.missing.is_none()) else {
+                let why = row.missing.as_deref().unwrap_or("there are too few minima");
+                without.entry(why).or_default().push(&row.name);
+                continue;
             };
+            if text.is_empty() {
+                text +=
+                    "| statistic | of | value | chance | 95 % | p |\n|---|---|---|---|---|---|\n";
+            }
             let chance = row
                 .chance
                 .map_or(String::new(), |chance| format!("{chance:.3}"));
@@ -137,10 +141,18 @@ impl TaxonomyComparison<'_> {
             });
             let _ = writeln!(
                 text,
-                "| {} | {} | {value} | {chance} | {interval} | {} |",
+                "| {} | {} | {value:.3} | {chance} | {interval} | {} |",
                 row.name,
                 row.about,
                 number(row.p)
+            );
+        }
+        for (why, names) in without {
+            let gap = if text.is_empty() { "" } else { "\n" };
+            let _ = writeln!(
+                text,
+                "{gap}Not measured, because {why}: {}.",
+                names.join(", ")
             );
         }
         text

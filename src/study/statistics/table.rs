@@ -233,9 +233,10 @@ fn of_types(basins: &Basins, settings: &StatisticsSettings, seed: u64) -> Row {
     if kinds.len() < 2 || part.cases.len() < settings.least_per_class {
         return Row {
             missing: Some(format!(
-                "{} minima of {} types",
+                "there are {} minima of {} types, but {} of 2 are needed",
                 part.cases.len(),
-                kinds.len()
+                kinds.len(),
+                settings.least_per_class
             )),
             ..row
         };
@@ -296,7 +297,7 @@ impl Row {
             },
             Outcome::Insufficient { cases, needed, .. } => Self {
                 missing: Some(format!(
-                    "a category has {cases} minima, {needed} are needed"
+                    "a category has {cases} of the {needed} minima that are needed"
                 )),
                 ..row
             },
