@@ -9,7 +9,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use crate::published::{Difference, ORIGINALS, REFERENCES, numbers};
+use crate::published::{DEX_URDF, Difference, ORIGINALS, REFERENCES, numbers, of_dex_urdf};
 use landscape::hand::{Hand, HandFiles, LinkId, PosedHand};
 use nalgebra::{Matrix3, Vector3};
 
@@ -73,6 +73,23 @@ fn hands_move_as_in_mujoco() {
                 );
             }
         }
+    }
+}
+
+/// So do hands with meshes and couplings that are published as URDF.
+#[test]
+fn hands_of_dex_urdf_move_as_in_mujoco() {
+    let Some(folder) = published() else { return };
+    for [description, reference] in DEX_URDF {
+        let files = HandFiles::load_within(&folder.join(description), &folder).unwrap();
+        let hand = Hand::from_files(&files).unwrap();
+        let reference = crate::published::reference(&of_dex_urdf(reference));
+        let worst = Difference::of(&hand, &reference);
+        println!("{description}: {worst:?}");
+        assert!(
+            worst.frames >= 6 * 9 && worst.metres < 1e-9 && worst.radians < 1e-9,
+            "{description}: {worst:?}"
+        );
     }
 }
 

@@ -81,6 +81,7 @@ const RUNS: [(&str, &str); 37] = [
     ("status", "status w.parquet"),
     ("status", "status g.parquet"),
     ("export", "export g.parquet csv -o e.csv"),
+    ("export", "export g.parquet urdf -o hand"),
     ("config", "config build"),
     ("completions", "completions bash"),
     ("man", "man pages"),
