@@ -86,7 +86,7 @@ def test_urdf_is_read_with_its_meshes(held, tmp_path):
     yourdfpy = pytest.importorskip("yourdfpy")
     hand, grasps = held
     file = next(grasps.export(tmp_path / "hand", format="urdf").glob("*.urdf"))
-    robot = yourdfpy.URDF.load(str(file), build_collision_scene_graph=True)
+    robot = yourdfpy.URDF.load(str(file), build_collision_scene_graph=True, load_collision_meshes=True)
     assert set(robot.link_map) == set(hand.link_names)
     pose = hand.rest_pose
     robot.update_cfg(dict(zip(hand.joint_names, pose[7:])))
