@@ -61,8 +61,14 @@ pub(crate) fn measure(run: &Run, hand: &Arc<Hand>) -> Result<[f64; 3], Box<dyn E
     Ok([count(0), count(1), shown as f64])
 }
 
-/// The end of a chain.
-pub(crate) fn picture(run: &Run, hand: &Arc<Hand>, chain: u64) -> Result<Image, Box<dyn Error>> {
+/// The end of the chain that [`measure`] chose.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the number of a chain, which the table keeps as text"
+)]
+pub(crate) fn picture(run: &Run, hand: &Arc<Hand>, shown: f64) -> Result<Image, Box<dyn Error>> {
+    let chain = shown as u64;
     let energy = run.energy(hand.clone())?;
     let scene = Scene::of_grasp(
         hand,

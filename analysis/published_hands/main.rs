@@ -112,7 +112,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         keys.push(key);
         closed.write(csv, &keys)?;
         let shown = closed.of(&keys[number])[0][2];
-        images.push(closed::picture(&run, &entry.hand, shown as u64)?);
+        images.push(closed::picture(&run, &entry.hand, shown)?);
         captions.push(format!("{}   {}", number + 1, entry.hand.name));
     }
     if given.is_empty() {

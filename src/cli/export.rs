@@ -154,15 +154,12 @@ pub(super) fn run(command: &Export, common: &Common) -> anyhow::Result<()> {
     }
     let chosen = |grasp: &&GraspRow| command.grasp.is_empty() || command.grasp.contains(&grasp.id);
     let grasps: Vec<&GraspRow> = file.grasps.iter().filter(chosen).collect();
-    let written = match format.folder() {
-        Some(_) => {
-            let files = files(format, &file, &grasps)?;
-            write_files(command, files, &output, folder.is_none())?
-        }
-        None => {
-            write_atomic(&output, &bytes(format, &file, &grasps, &output)?)?;
-            output.display().to_string()
-        }
+    let written = if format.folder().is_some() {
+        let files = files(format, &file, &grasps)?;
+        write_files(command, files, &output, folder.is_none())?
+    } else {
+        write_atomic(&output, &bytes(format, &file, &grasps, &output)?)?;
+        output.display().to_string()
     };
     if !common.quiet {
         complain(&format!("wrote {written}"));
