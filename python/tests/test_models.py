@@ -1,16 +1,18 @@
 """Grasps and hands as models of other simulators, opened by their own readers."""
 
+import xml.etree.ElementTree as ET
+
 import numpy as np
 import pytest
 
 import landscape as ls
 
 
-@pytest.fixture(scope="module", params=["human", "gripper_three_finger"])
+@pytest.fixture(scope="module", params=["human", "gripper_parallel"])
 def held(request):
-    """Grasps on two objects that hold in the test of six directions, as many as there are."""
+    """Grasps that hold in the test of six directions, as many as there are."""
     hand = ls.Hand(request.param)
-    found = ls.synthesize(hand, ls.Object("bottle_round"), 16, seed=3).stability("six-directions")
+    found = ls.synthesize(hand, ls.Object("bottle_round"), 8, seed=3).stability("six-directions")
     return hand, found[found.stable == 1]
 
 
@@ -29,6 +31,7 @@ def test_what_holds_here_holds_in_mujoco(held, tmp_path):
     model = mujoco.MjModel.from_xml_path(str(scene))
     state, item = mujoco.MjData(model), model.body("object").id
     assert model.nkey == len(grasps) and model.nu == len(hand.joint_names)
+    assert model.nv - 6 >= model.nu
     ways, turns = [], []
     for key, pose in enumerate(grasps.poses):
         mujoco.mj_resetDataKeyframe(model, state, key)
@@ -42,10 +45,8 @@ def test_what_holds_here_holds_in_mujoco(held, tmp_path):
         cosine = (np.trace(turned.T @ state.xmat[item].reshape(3, 3)) - 1) / 2
         turns.append(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
     print(f"{hand.name}: {np.round(1e3 * np.array(ways), 1)} mm, {np.round(turns, 1)} degrees")
-    # The limits of the test of six directions.
-    stayed = (np.array(ways) < 0.05) & (np.array(turns) < 15)
-    assert stayed.mean() >= 0.9
-    assert np.median(ways) < 0.005
+    # The test allows 50 mm and 15 degrees.
+    assert max(ways) < 0.005 and max(turns) < 5
 
 
 def test_the_forces_in_mujoco_are_gone_without_the_springs(held, tmp_path):
@@ -67,6 +68,12 @@ def test_urdf_is_read_by_mujoco(held, tmp_path):
     file = next(grasps.export(tmp_path / "hand", format="urdf").glob("*.urdf"))
     model = mujoco.MjModel.from_xml_path(str(file))
     state = mujoco.MjData(model)
+    followers = {}
+    for joint in ET.parse(file).iter("joint"):
+        for mimic in joint.iter("mimic"):
+            told = mimic.get("joint"), float(mimic.get("multiplier")), float(mimic.get("offset"))
+            followers[joint.get("name")] = told
+    assert model.njnt == len(hand.joint_names) + len(followers)
     rng = np.random.default_rng(0)
     for _ in range(5):
         pose = hand.rest_pose
@@ -74,10 +81,13 @@ def test_urdf_is_read_by_mujoco(held, tmp_path):
         for name, angle in zip(hand.joint_names, pose[7:]):
             state.qpos[model.joint(name).qposadr[0]] = angle
             assert model.joint(name).range == pytest.approx(hand.limits_rad[hand.joint_names.index(name)])
+        for name, (leader, multiplier, offset) in followers.items():
+            angle = multiplier * state.qpos[model.joint(leader).qposadr[0]] + offset
+            state.qpos[model.joint(name).qposadr[0]] = angle
         mujoco.mj_forward(model, state)
         frames = dict(zip(hand.link_names, hand.link_frames(pose)))
         bodies = [model.body(body).name for body in range(1, model.nbody)]
-        assert len(bodies) > 5
+        assert bodies
         for name in bodies:
             assert body_frame(state, model.body(name).id) == pytest.approx(frames[name], abs=1e-9), name
 

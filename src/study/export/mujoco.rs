@@ -18,6 +18,9 @@ use crate::space::Pose;
 const TIME_STEP_S: f64 = 0.002;
 /// Mass and inertia that every link that moves has at least.
 const LEAST: [f64; 2] = [1e-3, 1e-7];
+/// Stiffness of couplings, `solref` and `solimp`. With the defaults of `MuJoCo` light jaws that follow each other part by
+/// millimetres under the force of the squeeze, and the object moves with them.
+const COUPLING: &str = "solref=\"0.004 1\" solimp=\"0.99 0.999 0.001\"";
 /// The free body of the object, and the body of `MuJoCo` itself. No link has these names.
 const TAKEN: [&str; 2] = ["object", "world"];
 
@@ -271,7 +274,7 @@ impl Writer<'_> {
             {
                 let _ = writeln!(
                     lines,
-                    "    <joint joint1=\"{}\" joint2=\"{}\" polycoef=\"{offset} {ratio} 0 0 0\"/>",
+                    "    <joint joint1=\"{}\" joint2=\"{}\" polycoef=\"{offset} {ratio} 0 0 0\" {COUPLING}/>",
                     name(&part.link.joint_name),
                     name(&self.scene.hand.joints[*leader].name)
                 );
