@@ -295,7 +295,11 @@ fn roles_of_dex_urdf_follow_from_the_tree() {
         if let Some(link) = thumb.map(|link| hand.link(link).unwrap()) {
             assert_eq!(hand.links[link.0].digit, 1, "{name}");
         }
-        assert!(hand.palm.volar.dot(&volar) > 0.94, "{name}: {:?}", hand.palm);
+        assert!(
+            hand.palm.volar.dot(&volar) > 0.94,
+            "{name}: {:?}",
+            hand.palm
+        );
     }
     let barrett = of(1);
     assert!(barrett.palm.volar.z > 0.999, "{:?}", barrett.palm);

@@ -10,7 +10,7 @@ use crate::desk::Desk;
 use crate::{contents, grasps, landscape};
 
 /// Section of the page, and a command of which it describes the document.
-const RUNS: [(&str, &str); 37] = [
+const RUNS: [(&str, &str); 38] = [
     (
         "synth",
         "synth --object ball -n 4 --preset four_points --steps 40 --keep all --drop 2 -o s.parquet",
