@@ -160,6 +160,6 @@ def test_usd_holds_hand_and_object(held, tmp_path):
         assert UsdGeom.Mesh.ValidateTopology(
             mesh.GetFaceVertexIndicesAttr().Get(), mesh.GetFaceVertexCountsAttr().Get(), len(bottle.vertices)
         )[0]
-        assert len(UsdGeom.Mesh(stage.GetPrimAtPath("/grasp/hand")).GetPointsAttr().Get()) > 100
+        assert len(UsdGeom.Mesh(stage.GetPrimAtPath("/grasp/hand")).GetPointsAttr().Get()) >= 40
         spheres = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Sphere)]
         assert len(spheres) == len(contacts)

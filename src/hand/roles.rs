@@ -229,7 +229,12 @@ pub(super) fn palm_frame(hand: &Hand) -> PalmFrame {
         } else {
             Vector3::zeros()
         };
-        let between = out / fingers.len().max(1) as f64 + opposite;
+        // A thumb of fewer links is shorter than fingers that spread out to the other side.
+        let between = if away {
+            distal + unit(&opposite)
+        } else {
+            out / fingers.len().max(1) as f64 + opposite
+        };
         let volar = between.try_normalize(1e-6).unwrap_or(distal);
         let first = reaches
             .first()

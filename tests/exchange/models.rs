@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::sync::Arc;
 
 use super::{difference, grasps, succeed, with_table};
 use crate::desk::{Desk, assert_says};
@@ -12,7 +11,6 @@ use landscape::grasp::Grasp;
 use landscape::grasp::closing::opened;
 use landscape::hand::{HAND_NAMES, Hand, HandFiles, PosedHand};
 use landscape::mesh::ExactMesh;
-use landscape::object::Object;
 use landscape::space::Pose;
 use landscape::study::{ExportedFile, MujocoScene, approaches, hand_urdf};
 
@@ -92,17 +90,6 @@ fn a_hand_comes_back_from_urdf() {
     }
 }
 
-/// Three grasps of the gripper on the ball.
-fn some() -> (Desk, Arc<Hand>, Arc<Object>, Vec<(u64, Grasp)>) {
-    let desk = with_table();
-    let file = grasps(&desk.path("t.parquet"));
-    let population = &file.landscapes()[0];
-    let (hand, object) = (population.hand().unwrap(), population.object().unwrap());
-    let rows = file.grasps.iter();
-    let rows = rows.map(|row| (row.id, row.grasp.clone())).collect();
-    (desk, hand, object, rows)
-}
-
 #[test]
 fn dictionaries_of_dexonomy_come_back() {
     let desk = with_table();
@@ -161,14 +148,18 @@ fn a_hand_opens_before_it_presses() {
 
 #[test]
 fn a_scene_has_a_keyframe_for_each_grasp() {
-    let (desk, hand, object, rows) = some();
+    let desk = with_table();
+    let file = grasps(&desk.path("t.parquet"));
+    let population = &file.landscapes()[0];
+    let (hand, object) = (population.hand().unwrap(), population.object().unwrap());
+    let rows = file.grasps.iter();
     let scene = MujocoScene {
         hand: &hand,
         object: "ball",
         mesh: &object.mesh,
         mass_kg: 0.06,
         six: SixDirections::default(),
-        grasps: rows.iter().map(|(id, grasp)| (*id, grasp)).collect(),
+        grasps: rows.map(|row| (row.id, &row.grasp)).collect(),
     };
     let files = scene.files().unwrap();
     assert_eq!(files, scene.files().unwrap());
