@@ -9,7 +9,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use crate::published::{Difference, ORIGINALS, REFERENCES, numbers};
+use crate::published::{DEX_URDF, Difference, ORIGINALS, REFERENCES, numbers, of_dex_urdf};
 use landscape::hand::{Hand, HandFiles, LinkId, PosedHand};
 use nalgebra::{Matrix3, Vector3};
 
@@ -73,6 +73,23 @@ fn hands_move_as_in_mujoco() {
                 );
             }
         }
+    }
+}
+
+/// So do hands with meshes and couplings that are published as URDF.
+#[test]
+fn hands_of_dex_urdf_move_as_in_mujoco() {
+    let Some(folder) = published() else { return };
+    for [description, reference] in DEX_URDF {
+        let files = HandFiles::load_within(&folder.join(description), &folder).unwrap();
+        let hand = Hand::from_files(&files).unwrap();
+        let reference = crate::published::reference(&of_dex_urdf(reference));
+        let worst = Difference::of(&hand, &reference);
+        println!("{description}: {worst:?}");
+        assert!(
+            worst.frames >= 6 * 9 && worst.metres < 1e-9 && worst.radians < 1e-9,
+            "{description}: {worst:?}"
+        );
     }
 }
 
@@ -253,6 +270,40 @@ fn roles_follow_from_the_tree() {
         assert!(palm.distal.dot(&distal) > 0.8, "{description}: {palm:?}");
         assert_eq!(hand.surface.len(), 773, "{description}");
     }
+}
+
+/// So it is for the hands of dex-urdf, of which two are grippers whose palms face between the fingers: those of Barrett
+/// point to opposite sides of the palm.
+#[test]
+fn roles_of_dex_urdf_follow_from_the_tree() {
+    let Some(folder) = published() else { return };
+    let of = |place: usize| {
+        let path = folder.join(DEX_URDF[place][0]);
+        Hand::from_files(&HandFiles::load_within(&path, &folder).unwrap()).unwrap()
+    };
+    for (place, digits, thumb, volar) in [
+        (0, 4, Some("link_12.0"), Vector3::x()),
+        (1, 3, Some("finger_3_med_link"), Vector3::z()),
+        (2, 3, None, Vector3::z()),
+        (3, 5, Some("thumb_distal"), Vector3::x()),
+        (4, 5, Some("thdistal"), Vector3::x()),
+    ] {
+        let hand = of(place);
+        let name = DEX_URDF[place][1];
+        assert_eq!(hand.digits.len(), 1 + digits, "{name}: {:?}", hand.digits);
+        assert_eq!(hand.has_thumb(), thumb.is_some(), "{name}");
+        if let Some(link) = thumb.map(|link| hand.link(link).unwrap()) {
+            assert_eq!(hand.links[link.0].digit, 1, "{name}");
+        }
+        assert!(
+            hand.palm.volar.dot(&volar) > 0.94,
+            "{name}: {:?}",
+            hand.palm
+        );
+    }
+    let barrett = of(1);
+    assert!(barrett.palm.volar.z > 0.999, "{:?}", barrett.palm);
+    assert!(barrett.palm.distal.y.abs() > 0.999, "{:?}", barrett.palm);
 }
 
 /// Wrist and forearm belong neither to the palm nor to a digit: they keep their capsules and have no surface points.

@@ -9,11 +9,19 @@ use serde_json::json;
 
 use super::args::{Common, HandAndObject};
 use super::input;
-use super::output::{check_file, check_folder, is_scene};
+use super::output::{check_file, check_folder, make_folder};
 use crate::cli::printing::{complain, print_json};
 use crate::figure::Scene;
-use crate::store::exchange::{dexgraspnet_npy, qpos, qpos_csv, qpos_npy, table_csv, table_json};
-use crate::store::{FileSet, GraspFile, GraspRow, HandMetadata, write_atomic};
+use crate::grasp::Grasp;
+use crate::hand::Hand;
+use crate::store::exchange::{
+    IsaacGrasp, dexgraspnet_npy, dexonomy_npy, isaac_grasp, qpos, qpos_csv, qpos_npy, table_csv,
+    table_json,
+};
+use crate::store::{FileSet, GraspFile, GraspRow, HandMetadata, Population, write_atomic};
+use crate::study::{
+    Approach, ExportedFile, MujocoScene, approaches, check_rigid, hand_urdf, squeezing_test,
+};
 
 /// Write grasps for other programs.
 #[derive(Debug, Args)]
@@ -27,7 +35,8 @@ pub(super) struct Export {
     /// Export only the grasp with this id; may be given several times.
     #[arg(long, value_name = "ID")]
     grasp: Vec<u64>,
-    /// The file to write (a folder of scenes for glb); by default in the current folder, named after the grasps.
+    /// The file to write (a folder for dexonomy, mujoco, urdf, glb and usd); by default in the current folder, named after the
+    /// grasps.
     #[arg(long, short, value_name = "PATH")]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -43,33 +52,95 @@ pub(super) enum ExportFormat {
     Json,
     /// DexGraspNet's array of dictionaries (.npy).
     Dexgraspnet,
+    /// A dictionary of DexGraspBench and Dexonomy for each grasp (.npy).
+    Dexonomy,
     /// MuJoCo's qpos (.csv or .npy).
     Qpos,
+    /// A scene of MuJoCo with a keyframe for each grasp.
+    Mujoco,
+    /// Isaac Sim's file of grasps (.yaml).
+    #[value(name = "isaac_grasp")]
+    IsaacGrasp,
+    /// The hand as URDF with meshes.
+    Urdf,
     /// A binary glTF scene for each grasp.
     Glb,
+    /// A USD scene (.usda) for each grasp.
+    Usd,
 }
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
   landscape export grasps.parquet csv                      grasps.csv: a row for each grasp, a column for each joint
   landscape export grasps.parquet qpos -o grasps.npy       rows of MuJoCo's qpos: position, quaternion w x y z, joints
+  landscape export grasps.parquet mujoco                   grasps.mujoco/: scene.xml with a keyframe for each grasp
+  landscape export grasps.parquet urdf                     grasps.hand/: the hand as URDF, with its meshes
+  landscape export grasps.parquet isaac_grasp              grasps.isaac_grasp.yaml, for Isaac Sim
   landscape export grasps.parquet dexgraspnet              grasps.npy, as DexGraspNet's own files
+  landscape export grasps.parquet dexonomy                 grasps.dexonomy/: a file for each grasp, as DexGraspBench reads
   landscape export grasps.parquet glb                      grasps.scenes/: the judged hand, the object and the contacts
   landscape export grasps.parquet glb --grasp 17 -o 17.glb
 
 Poses are those of the hand's root in the object's frame: p_object = R p_hand + t, in metres; angles are in radians. In
-qpos the hand's outermost body has a free joint; the columns of the CSV form name its joints. `landscape import` reads
-csv and json without any change of the numbers.";
+qpos and dexonomy the hand's outermost body has a free joint; the columns of the CSV form of qpos name its joints.
+`landscape import` reads csv and json without any change of the numbers, and dexgraspnet and dexonomy as well.";
+
+/// A kind of folder: the ending that its name gets, and that of the single file that may be written in its place.
+struct Folder {
+    ending: &'static str,
+    single: Option<&'static str>,
+}
+
+impl ExportFormat {
+    /// Whether it is a folder.
+    fn folder(self) -> Option<Folder> {
+        let folder = |ending, single| Some(Folder { ending, single });
+        match self {
+            Self::Glb => folder("scenes", Some("glb")),
+            Self::Usd => folder("usd", Some("usda")),
+            Self::Dexonomy => folder("dexonomy", Some("npy")),
+            Self::Mujoco => folder("mujoco", None),
+            Self::Urdf => folder("hand", None),
+            Self::Csv | Self::Json | Self::Dexgraspnet | Self::Qpos | Self::IsaacGrasp => None,
+        }
+    }
+
+    /// Whether it writes a file of this name into its folder.
+    fn writes(self, name: &str) -> bool {
+        let Some((stem, ending)) = name.rsplit_once('.') else {
+            return false;
+        };
+        let mesh = ending == "obj" && (stem.starts_with("link_") || stem.starts_with("object"));
+        match self {
+            Self::Mujoco => mesh || name == "scene.xml",
+            Self::Urdf => mesh || ending == "urdf",
+            _ => {
+                let single = self.folder().and_then(|folder| folder.single);
+                single == Some(ending) && stem.parse::<u64>().is_ok()
+            }
+        }
+    }
+
+    /// Endings of its files.
+    fn endings(self) -> &'static [&'static str] {
+        match self {
+            Self::Csv => &["csv"],
+            Self::Json => &["json"],
+            Self::Dexgraspnet => &["npy"],
+            Self::Qpos => &["csv", "npy"],
+            Self::IsaacGrasp => &["yaml", "yml"],
+            _ => &[],
+        }
+    }
+}
 
 pub(super) fn run(command: &Export, common: &Common) -> anyhow::Result<()> {
+    let format = command.format;
     let output = output(command)?;
     let inputs = [command.grasps.as_path()];
-    if command.format == ExportFormat::Glb && !is_scene(&output) {
-        let scene = |name: &str| {
-            let number = name.strip_suffix(".glb");
-            number.is_some_and(|number| number.parse::<u64>().is_ok())
-        };
-        check_folder(&output, &inputs, scene, common)?;
+    let folder = format.folder().filter(|folder| !is_single(folder, &output));
+    if folder.is_some() {
+        check_folder(&output, &inputs, |name| format.writes(name), common)?;
     } else {
         check_file(&output, &inputs, common)?;
     }
@@ -83,56 +154,66 @@ pub(super) fn run(command: &Export, common: &Common) -> anyhow::Result<()> {
     }
     let chosen = |grasp: &&GraspRow| command.grasp.is_empty() || command.grasp.contains(&grasp.id);
     let grasps: Vec<&GraspRow> = file.grasps.iter().filter(chosen).collect();
-    let written = if command.format == ExportFormat::Glb {
-        scenes(&file, &grasps, &output)?
+    let written = if format.folder().is_some() {
+        let files = files(format, &file, &grasps)?;
+        write_files(command, files, &output, folder.is_none())?
     } else {
-        write_atomic(&output, &bytes(command.format, &file, &grasps, &output)?)?;
+        write_atomic(&output, &bytes(format, &file, &grasps, &output)?)?;
         output.display().to_string()
     };
     if !common.quiet {
         complain(&format!("wrote {written}"));
     }
     if common.json {
-        print_json(&json!({ "wrote": [output], "grasps": grasps.len() }))?;
+        // The hand alone has no grasps.
+        let count = if format == ExportFormat::Urdf {
+            0
+        } else {
+            grasps.len()
+        };
+        print_json(&json!({ "wrote": [output], "grasps": count }))?;
     }
     Ok(())
 }
 
+/// Whether an output is the single file that may be written in place of a folder.
+fn is_single(folder: &Folder, output: &Path) -> bool {
+    let ending = output.extension();
+    folder
+        .single
+        .is_some_and(|single| ending.is_some_and(|ending| ending.eq_ignore_ascii_case(single)))
+}
+
 fn output(command: &Export) -> anyhow::Result<PathBuf> {
-    let endings: &[&str] = match command.format {
-        ExportFormat::Csv => &["csv"],
-        ExportFormat::Json => &["json"],
-        ExportFormat::Dexgraspnet => &["npy"],
-        ExportFormat::Qpos => &["csv", "npy"],
-        ExportFormat::Glb => &["scenes", "glb"],
-    };
+    let format = command.format;
+    let endings = format.endings();
     let Some(output) = &command.output else {
         let stem = command
             .grasps
             .file_stem()
             .context("--output: the file to write must be named")?;
-        let middle = if matches!(command.format, ExportFormat::Qpos) {
-            ".qpos"
-        } else {
-            ""
+        let ending = match format {
+            ExportFormat::Qpos => "qpos.csv",
+            ExportFormat::IsaacGrasp => "isaac_grasp.yaml",
+            _ => match format.folder() {
+                Some(folder) => folder.ending,
+                None => endings[0],
+            },
         };
         return Ok(PathBuf::from(format!(
-            "{}{middle}.{}",
-            stem.to_string_lossy(),
-            endings[0]
+            "{}.{ending}",
+            stem.to_string_lossy()
         )));
     };
     let ending = output
         .extension()
         .map(|ending| ending.to_string_lossy().to_lowercase());
-    if !matches!(command.format, ExportFormat::Glb) {
-        ensure!(
-            ending.is_some_and(|ending| endings.contains(&ending.as_str())),
-            "--output {}: the name must end in .{}",
-            output.display(),
-            endings.join(" or .")
-        );
-    }
+    ensure!(
+        endings.is_empty() || ending.is_some_and(|ending| endings.contains(&ending.as_str())),
+        "--output {}: the name must end in .{}",
+        output.display(),
+        endings.join(" or .")
+    );
     Ok(output.clone())
 }
 
@@ -152,6 +233,46 @@ fn one_hand<'a>(file: &'a GraspFile, grasps: &[&GraspRow]) -> anyhow::Result<&'a
     hand.context("the file does not describe its hand")
 }
 
+/// Some grasps of one hand on one object.
+type Group<'a> = (Population<'a>, Vec<&'a GraspRow>);
+
+/// The chosen grasps by hand, object and scale.
+fn groups<'a>(file: &'a GraspFile, grasps: &[&GraspRow]) -> Vec<Group<'a>> {
+    let chosen: BTreeSet<u64> = grasps.iter().map(|grasp| grasp.id).collect();
+    let populations = file.landscapes().into_iter();
+    populations
+        .map(|population| {
+            let of_this = population.grasps.iter();
+            let of_this = of_this.filter(|grasp| chosen.contains(&grasp.id));
+            let of_this: Vec<&GraspRow> = of_this.copied().collect();
+            (population, of_this)
+        })
+        .filter(|(_, grasps)| !grasps.is_empty())
+        .collect()
+}
+
+/// The chosen grasps, which must be those of one hand on one object.
+fn one_group<'a>(file: &'a GraspFile, grasps: &[&GraspRow]) -> anyhow::Result<Group<'a>> {
+    let mut groups = groups(file, grasps);
+    let names = groups.iter().map(|(population, _)| {
+        format!(
+            "{} on {} of scale {}",
+            population.hand.name, population.object.name, population.scale
+        )
+    });
+    let names: Vec<String> = names.collect();
+    ensure!(
+        names.len() == 1,
+        "the format holds one hand and one object, but the grasps are of {}: choose some of them (--grasp)",
+        if names.is_empty() {
+            "none".to_owned()
+        } else {
+            names.join(", ")
+        }
+    );
+    Ok(groups.remove(0))
+}
+
 fn bytes(
     format: ExportFormat,
     file: &GraspFile,
@@ -164,7 +285,8 @@ fn bytes(
         ExportFormat::Csv => table_csv(grasps, names),
         ExportFormat::Json => table_json(grasps, names),
         ExportFormat::Dexgraspnet => dexgraspnet_npy(grasps, names),
-        ExportFormat::Qpos | ExportFormat::Glb => {
+        ExportFormat::IsaacGrasp => isaac(file, grasps)?,
+        _ => {
             let hand = metadata.build_matching()?;
             let (joints, rows) = qpos(&hand, grasps);
             if output
@@ -179,46 +301,154 @@ fn bytes(
     })
 }
 
-/// Writes a scene for each grasp into a folder, or one into a file. Returns what was written.
-fn scenes(file: &GraspFile, grasps: &[&GraspRow], output: &Path) -> anyhow::Result<String> {
-    let single = is_scene(output);
-    ensure!(
-        !single || grasps.len() == 1,
-        "--output {}: a .glb file holds one grasp: choose it with --grasp, or name a folder",
-        output.display()
-    );
-    if !single {
-        std::fs::create_dir_all(output)
-            .with_context(|| format!("cannot create the folder {}", output.display()))?;
-    }
-    let mut files = FileSet::default();
-    for population in file.landscapes() {
-        let of_this: Vec<&&GraspRow> = population
-            .grasps
-            .iter()
-            .filter(|grasp| grasps.iter().any(|chosen| chosen.id == grasp.id))
-            .collect();
-        if of_this.is_empty() {
-            continue;
+fn isaac(file: &GraspFile, grasps: &[&GraspRow]) -> anyhow::Result<Vec<u8>> {
+    let (population, rows) = one_group(file, grasps)?;
+    let hand = population.hand()?;
+    check_rigid(&hand)?;
+    let approaches = approaches_of(file, &population, &hand, &rows)?;
+    let told = rows
+        .iter()
+        .zip(approaches)
+        .map(|(row, approach)| IsaacGrasp {
+            grasp: row,
+            // A grasp that was not simulated counts as good: that is why it is in the file.
+            confidence: if row.stable == Some(false) { 0.0 } else { 1.0 },
+            before: approach.before,
+        });
+    Ok(isaac_grasp(
+        &population.object.name,
+        &hand.links[0].name,
+        &population.hand.joint_names,
+        &told.collect::<Vec<_>>(),
+    ))
+}
+
+fn approaches_of(
+    file: &GraspFile,
+    population: &Population<'_>,
+    hand: &Hand,
+    rows: &[&GraspRow],
+) -> anyhow::Result<Vec<Approach>> {
+    let (mesh, _) = population.mesh()?;
+    let grasps: Vec<&Grasp> = rows.iter().map(|row| &row.grasp).collect();
+    Ok(approaches(
+        hand,
+        &mesh,
+        &grasps,
+        &squeezing_test(&file.metadata),
+    ))
+}
+
+/// The files of a folder.
+fn files(
+    format: ExportFormat,
+    file: &GraspFile,
+    grasps: &[&GraspRow],
+) -> anyhow::Result<Vec<ExportedFile>> {
+    match format {
+        ExportFormat::Mujoco => {
+            let (population, rows) = one_group(file, grasps)?;
+            let hand = population.hand()?;
+            let (mesh, mass_kg) = population.mesh()?;
+            let scene = MujocoScene {
+                hand: &hand,
+                object: &population.object.name,
+                mesh: &mesh,
+                mass_kg,
+                six: squeezing_test(&file.metadata),
+                grasps: rows.iter().map(|row| (row.id, &row.grasp)).collect(),
+            };
+            Ok(scene.files()?)
         }
+        ExportFormat::Urdf => {
+            let hand = one_hand(file, grasps)?.build_matching()?;
+            Ok(hand_urdf(&hand)?)
+        }
+        ExportFormat::Dexonomy => dexonomy(file, grasps),
+        _ => scenes(format, file, grasps),
+    }
+}
+
+/// A dictionary for each grasp. All names have the same length, so that their order is that of the ids.
+fn dexonomy(file: &GraspFile, grasps: &[&GraspRow]) -> anyhow::Result<Vec<ExportedFile>> {
+    let largest = grasps.iter().map(|grasp| grasp.id).max().unwrap_or(0);
+    let digits = largest.to_string().len();
+    let mut files = Vec::new();
+    for (population, rows) in groups(file, grasps) {
+        let hand = population.hand()?;
+        check_rigid(&hand)?;
+        let approaches = approaches_of(file, &population, &hand, &rows)?;
+        files.extend(
+            rows.iter()
+                .zip(approaches)
+                .map(|(row, approach)| ExportedFile {
+                    name: format!("{:0digits$}.npy", row.id),
+                    bytes: dexonomy_npy(&hand, row, &approach.before, &approach.squeezed),
+                }),
+        );
+    }
+    Ok(files)
+}
+
+/// A scene for each grasp.
+fn scenes(
+    format: ExportFormat,
+    file: &GraspFile,
+    grasps: &[&GraspRow],
+) -> anyhow::Result<Vec<ExportedFile>> {
+    let mut files = Vec::new();
+    for (population, rows) in groups(file, grasps) {
         let hand = population.hand()?;
         let (mesh, _) = population.mesh()?;
         // The hand that was judged, since the drawn skin is thicker at creases.
         let skin = hand.solid_skin();
-        for grasp in of_this {
-            let scene = Scene::of_grasp_on(&hand, &skin, &mesh, &grasp.grasp);
-            let path = if single {
-                output.to_path_buf()
-            } else {
-                output.join(format!("{}.glb", grasp.id))
+        files.extend(rows.iter().map(|row| {
+            let scene = Scene::of_grasp_on(&hand, &skin, &mesh, &row.grasp);
+            let (ending, bytes) = match format {
+                ExportFormat::Usd => ("usda", scene.to_usda().into_bytes()),
+                _ => ("glb", scene.to_glb()),
             };
-            files.add(&path, &scene.to_glb())?;
-        }
+            ExportedFile {
+                name: format!("{}.{ending}", row.id),
+                bytes,
+            }
+        }));
     }
-    files.finish()?;
-    Ok(if single {
-        output.display().to_string()
-    } else {
-        format!("{} scenes into {}", grasps.len(), output.display())
+    Ok(files)
+}
+
+/// Writes the files into a folder, or the only one as `output`. Returns what was written.
+fn write_files(
+    command: &Export,
+    files: Vec<ExportedFile>,
+    output: &Path,
+    single: bool,
+) -> anyhow::Result<String> {
+    let count = files.len();
+    ensure!(
+        !single || count == 1,
+        "--output {}: such a file holds one grasp: choose it with --grasp, or name a folder",
+        output.display()
+    );
+    if !single {
+        make_folder(output)?;
+    }
+    let mut set = FileSet::default();
+    for ExportedFile { name, bytes } in files {
+        let path = if single {
+            output.to_path_buf()
+        } else {
+            output.join(name)
+        };
+        set.add(&path, &bytes)?;
+    }
+    set.finish()?;
+    let place = output.display();
+    Ok(match command.format {
+        _ if single => place.to_string(),
+        ExportFormat::Mujoco => format!("{place}: scene.xml and {} meshes", count - 1),
+        ExportFormat::Urdf => format!("{place}: the hand and {} meshes", count - 1),
+        ExportFormat::Dexonomy => format!("{count} grasps into {place}"),
+        _ => format!("{count} scenes into {place}"),
     })
 }

@@ -13,6 +13,8 @@ const MORE: f64 = 1.3;
 /// Digits close to one side, as fingers do toward a palm, if the sum of their closing vectors has at least this share of
 /// the sum of the vectors' lengths.
 const ONE_SIDED: f64 = 0.5;
+/// A thumb points away from the fingers, as the jaws of a gripper do, if the cosine between their directions is below this.
+const AWAY: f64 = -0.5;
 /// Points farther out than this share of a digit's reach form its tip.
 const TIP: f64 = 0.97;
 /// Distance from the palm's centre to the point that faces the object, as a share of the fingers' length: as on a human
@@ -185,7 +187,8 @@ pub(super) fn name_digits(hand: &mut Hand) {
 /// The palm's frame.
 ///
 /// If the digits close to one side, the palm faces that side and `distal` is the direction in which they point. In a
-/// gripper the digits close on each other, and the palm faces the direction in which they point.
+/// gripper the digits close on each other or spread out from the palm on opposite sides, and the palm faces between the
+/// directions in which they point.
 pub(super) fn palm_frame(hand: &Hand) -> PalmFrame {
     let mut rest = PosedHand::default();
     hand.pose(&hand.rest_coordinates(), &mut rest);
@@ -215,7 +218,9 @@ pub(super) fn palm_frame(hand: &Hand) -> PalmFrame {
     let lengths: f64 = closings().map(|closing| closing.norm()).sum();
     let length = out.norm() / fingers.len().max(1) as f64;
 
-    let (volar, distal, faced_m) = if closing.norm() > ONE_SIDED * lengths && lengths > 1e-6 {
+    let away = thumb == 1 && unit(&reaches[0].out).dot(&distal) < AWAY;
+    let one_sided = closing.norm() > ONE_SIDED * lengths && lengths > 1e-6;
+    let (volar, distal, faced_m) = if one_sided && !away {
         (closing.normalize(), distal, FACED * length)
     } else {
         // The palm faces between the thumb and the fingers; `distal` is the direction in which the first digit closes.
@@ -224,7 +229,12 @@ pub(super) fn palm_frame(hand: &Hand) -> PalmFrame {
         } else {
             Vector3::zeros()
         };
-        let between = out / fingers.len().max(1) as f64 + opposite;
+        // A thumb of fewer links is shorter than fingers that spread out to the other side.
+        let between = if away {
+            distal + unit(&opposite)
+        } else {
+            out / fingers.len().max(1) as f64 + opposite
+        };
         let volar = between.try_normalize(1e-6).unwrap_or(distal);
         let first = reaches
             .first()

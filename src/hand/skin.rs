@@ -104,6 +104,25 @@ impl Hand {
         Self::stiff(self.meshes.iter().cloned().chain(round))
     }
 
+    /// The meshes of links and the hulls of their boxes and cylinders, in link frames (metres): [`Hand::solid_skin`] without
+    /// the [exact capsules](Hand::exact_capsules).
+    pub fn link_meshes(&self) -> impl Iterator<Item = (LinkId, &[Vector3<f64>], &[[u32; 3]])> {
+        let meshes = self.meshes.iter();
+        meshes.map(|mesh| (mesh.link, &mesh.vertices[..], &mesh.triangles[..]))
+    }
+
+    /// The capsules and balls that the description has; the others fill its meshes, boxes and cylinders.
+    pub fn exact_capsules(&self) -> impl Iterator<Item = &Capsule> {
+        let capsules = self.capsules.iter().zip(&self.exact);
+        capsules.filter_map(|(capsule, exact)| exact.then_some(capsule))
+    }
+
+    /// The surface of a capsule as triangles, in the frame of its link.
+    pub fn capsule_triangles(capsule: &Capsule) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
+        let mesh = capsule_mesh(capsule);
+        (mesh.vertices, mesh.triangles)
+    }
+
     /// All capsules, each fixed to its link: the collision geometry.
     pub fn capsule_skin(&self) -> Skin {
         Self::stiff(self.capsules.iter().map(capsule_mesh))

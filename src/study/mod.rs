@@ -16,6 +16,8 @@
 //! | a surface | its minima and saddles, and their landscape | [`search_surface`] |
 //! | a searched surface | tables, pictures, `summary.md` | [`SurfaceReport::write`] |
 //! | points of a surface | the landscape between their minima | [`map_surface`], written by [`SurfaceMapReport::write`] |
+//! | a hand | its model for other simulators | [`hand_urdf`] |
+//! | the grasps of a file | a scene of `MuJoCo` | [`MujocoScene::files`] |
 //! | `min.data` and `ts.data` | the same | [`ImportedLandscape::write`] |
 //! | a landscape | pictures of a part of it | [`Drawing::write`] with [`Views`] |
 //! | two minima of a landscape | the minimax path between them | [`MinimaxPath::between`], drawn by [`MinimaxPath::strip`] |
@@ -90,6 +92,7 @@ mod drawing;
 mod error;
 mod examples;
 mod experiment;
+mod export;
 mod given_labels;
 mod gradient_points;
 mod grasp_import;
@@ -139,6 +142,10 @@ pub use drawing::{Drawing, Put, Quantities, Titles, Views};
 pub use error::StudyError;
 pub use examples::{Colouring, MinimumNames};
 pub use experiment::{DEFAULT_PRESET, Experiment, ExperimentError};
+pub use export::{
+    Approach, ExportError, ExportedFile, MujocoScene, OPENED_M, approaches, check_rigid, hand_urdf,
+    squeezing_test,
+};
 pub use given_labels::{GivenLabel, GivenLabelError, given_labels};
 pub use gradient_points::{difference_step, gradient_points};
 pub use grasp_import::{

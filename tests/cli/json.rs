@@ -10,7 +10,7 @@ use crate::desk::Desk;
 use crate::{contents, grasps, landscape};
 
 /// Section of the page, and a command of which it describes the document.
-const RUNS: [(&str, &str); 39] = [
+const RUNS: [(&str, &str); 40] = [
     (
         "synth",
         "synth --object ball -n 4 --preset four_points --steps 40 --keep all --drop 2 -o s.parquet",
@@ -86,6 +86,7 @@ const RUNS: [(&str, &str); 39] = [
     ("status", "status w.parquet"),
     ("status", "status g.parquet"),
     ("export", "export g.parquet csv -o e.csv"),
+    ("export", "export g.parquet urdf -o hand"),
     ("config", "config build"),
     ("completions", "completions bash"),
     ("man", "man pages"),

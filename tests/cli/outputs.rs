@@ -28,7 +28,7 @@ fn desk() -> Desk {
 }
 
 /// Every verb that writes files, and the files.
-const WRITES: [(&str, &[&str]); 17] = [
+const WRITES: [(&str, &[&str]); 20] = [
     (
         "synth --object ball -n 1 --steps 20 --keep all",
         &["grasps.parquet"],
@@ -45,7 +45,13 @@ const WRITES: [(&str, &[&str]); 17] = [
     ("export g.parquet json", &["g.json"]),
     ("export g.parquet qpos -o q.npy", &["q.npy"]),
     ("export g.parquet qpos", &["g.qpos.csv"]),
+    ("export g.parquet isaac_grasp", &["g.isaac_grasp.yaml"]),
+    (
+        "export g.parquet dexonomy --grasp 0 -o one.npy",
+        &["one.npy"],
+    ),
     ("export g.parquet glb --grasp 0 -o one.glb", &["one.glb"]),
+    ("export g.parquet usd --grasp 0 -o one.usda", &["one.usda"]),
     (
         "hands inspect gripper_three_finger",
         &["gripper_three_finger.png"],
@@ -162,6 +168,8 @@ fn folders_of_others_are_not_written_into() {
     for (line, own) in [
         ("draw g.landscape -o out", "disconnectivity.png"),
         ("export g.parquet glb -o out", "0.glb"),
+        ("export g.parquet mujoco -o out", "scene.xml"),
+        ("export g.parquet urdf -o out", "human.urdf"),
     ] {
         fs::create_dir(desk.path("out")).unwrap();
         fs::write(desk.path("out/thesis.tex"), WORK).unwrap();

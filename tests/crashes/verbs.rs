@@ -47,7 +47,7 @@ const fn verb(
     }
 }
 
-const VERBS: [Verb; 25] = [
+const VERBS: [Verb; 30] = [
     verb("synth", FEW, &[], true),
     verb("build", "build few.parquet", &["few.parquet"], false),
     verb("surface", SURFACE.line, &[], true),
@@ -103,6 +103,36 @@ const VERBS: [Verb; 25] = [
         "export qpos",
         "export g.parquet qpos -o g.npy",
         &["g.parquet"],
+        true,
+    ),
+    verb(
+        "export isaac_grasp",
+        "export g.parquet isaac_grasp",
+        &["g.parquet"],
+        true,
+    ),
+    verb(
+        "export dexonomy",
+        "export few.parquet dexonomy",
+        &["few.parquet"],
+        true,
+    ),
+    verb(
+        "export mujoco",
+        "export few.parquet mujoco",
+        &["few.parquet"],
+        true,
+    ),
+    verb(
+        "export urdf",
+        "export few.parquet urdf",
+        &["few.parquet"],
+        true,
+    ),
+    verb(
+        "export usd",
+        "export few.parquet usd",
+        &["few.parquet"],
         true,
     ),
     verb(

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 mod mistakes;
+mod models;
 
 use std::fs;
 use std::io::Write;

@@ -45,6 +45,27 @@ pub(crate) const REFERENCES: [[&str; 2]; 8] = [
     ],
 ];
 
+/// Hands as URDF with the meshes of their collision shapes, and the names of `MuJoCo`'s results in `tests/published`.
+pub(crate) const DEX_URDF: [[&str; 2]; 5] = [
+    [
+        "dex_urdf/allegro_hand/allegro_hand_right.urdf",
+        "allegro_hand",
+    ],
+    ["dex_urdf/barrett_hand/bhand_model.urdf", "barrett_hand"],
+    ["dex_urdf/dclaw_gripper/dclaw_gripper.urdf", "dclaw_gripper"],
+    [
+        "dex_urdf/inspire_hand/inspire_hand_right.urdf",
+        "inspire_hand",
+    ],
+    ["dex_urdf/shadow_hand/shadow_hand_right.urdf", "shadow_hand"],
+];
+
+/// The reference of a hand of [`DEX_URDF`], which `analysis/published_hands/reference.py` makes.
+pub(crate) fn of_dex_urdf(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/published/dex_urdf");
+    folder.join(format!("{name}.json"))
+}
+
 /// The same files in their published form. `MuJoCo` refuses some, and some refer to missing meshes.
 pub(crate) const ORIGINALS: [&str; 7] = [
     "shadow_dexgraspnet/original/shadow_hand_wrist_free.xml",

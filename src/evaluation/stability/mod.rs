@@ -23,4 +23,5 @@ pub use settings::{
     Combine, Drop, Friction, Protocol, ProtocolError, Rest, SixDirections, Solver, Squeeze,
 };
 pub use solid::{Build, Fit, Piece, Solid};
+pub use squeeze::joint_targets;
 pub use world::{Part, World};

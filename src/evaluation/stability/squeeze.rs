@@ -14,12 +14,28 @@ use super::judge::{balls, capsules};
 use super::settings::{SixDirections, Squeeze};
 use super::solid::Solid;
 use super::world::World;
+use crate::grasp::Grasp;
 use crate::grasp::closure::{PointContact, contact_forces};
 use crate::hand::{Hand, JointKind, LinkId, Motion, PosedHand};
 
 /// Mass and inertia added to each link, since a link may have no geometry (a joint of two axes is two links).
 const LEAST_MASS_KG: f64 = 1e-3;
 const LEAST_INERTIA_KG_M2: f64 = 1e-7;
+
+/// The joint coordinates to which [`Squeeze`] drives the hand of a grasp, radians or metres.
+///
+/// # Panics
+/// If the grasp is one of another hand.
+pub fn joint_targets(hand: &Hand, grasp: &Grasp, solid: &Solid, six: &SixDirections) -> Vec<f64> {
+    let mut posed = PosedHand::default();
+    hand.pose(&grasp.pose, &mut posed);
+    let closing = closing(hand, &posed, &grasp.contacts, solid, six);
+    let joints = grasp.pose.joints().iter();
+    joints
+        .zip(closing)
+        .map(|(q, closing)| q + closing)
+        .collect()
+}
 
 /// Differences of the joint targets from the grasp's coordinates, radians (metres of slides): Jᵀf/k, see [`Squeeze`]. The
 /// stiffness of a slide is that of a hinge at the lever of [`JointKind::radians_per_unit`].

@@ -12,6 +12,7 @@ mod cone;
 mod glb;
 mod grasp;
 mod raster;
+mod usda;
 
 pub use camera::Camera;
 pub use cone::Cone;

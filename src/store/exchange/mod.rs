@@ -5,12 +5,15 @@
 //! | DexGraspNet `.npy` | an array of dictionaries: `scale`, and `qpos` with an angle for each joint by name, `WRJTx…z` (metres) and `WRJRx…z` (Euler angles about fixed axes x, y, z) |
 //! | DexGraspBench, Dexonomy, `BODex` `.npy` | a dictionary: `grasp_qpos` (position, quaternion w x y z, joints), `obj_pose`, `obj_scale` |
 //! | tables | CSV, JSON (a list of objects) or Parquet, with a [`Mapping`] that gives the meaning of the columns |
+//! | Isaac `.yaml` | written only: `isaac_grasp` 1.0 |
 //!
 //! Poses have the convention of this crate: `p_object = R p_hand + t`, metres, quaternion w x y z.
 
 mod dexgraspbench;
 mod dexgraspnet;
+mod dexonomy;
 mod euler;
+mod isaac;
 mod joints;
 mod mapping;
 mod table;
@@ -18,6 +21,8 @@ mod write;
 
 use std::path::{Path, PathBuf};
 
+pub use dexonomy::dexonomy_npy;
+pub use isaac::{IsaacGrasp, isaac_grasp};
 pub use mapping::{
     AngleUnit, Columns, Frame, JointColumns, LengthUnit, Mapping, RotationForm, Scale,
 };

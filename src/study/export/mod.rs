@@ -1,0 +1,88 @@
+//! Hands and grasps as models of other simulators: URDF ([`hand_urdf`]) and scenes of `MuJoCo` ([`MujocoScene`]).
+//!
+//! Both are sets of files: a description, and the meshes that it refers to beside it. The kinematics are those of
+//! [`Hand`]: `tree` turns its links into joints whose coordinate zero is that of the description.
+
+mod mujoco;
+mod text;
+mod tree;
+mod urdf;
+
+pub use mujoco::MujocoScene;
+pub use urdf::hand_urdf;
+
+use crate::evaluation::stability::{Build, Protocol, SixDirections, Solid, joint_targets};
+use crate::grasp::Grasp;
+use crate::grasp::closing::opened;
+use crate::hand::Hand;
+use crate::mesh::{ExactMesh, Mesh};
+use crate::store::Metadata;
+
+/// One file of an export.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ExportedFile {
+    /// Its name, without folder.
+    pub name: String,
+    /// Its content.
+    pub bytes: Vec<u8>,
+}
+
+/// Reason why a hand cannot be described to another simulator.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExportError {
+    /// The hand is one of MANO.
+    #[error(
+        "hand `{0}` has a skin that bends, and its coordinates are no joints: this format knows rigid links only"
+    )]
+    Bends(String),
+}
+
+/// Refuses hands whose coordinates are not joints of rigid links.
+///
+/// # Errors
+/// If the skin of the hand bends.
+pub fn check_rigid(hand: &Hand) -> Result<(), ExportError> {
+    if hand.bends() {
+        return Err(ExportError::Bends(hand.name.clone()));
+    }
+    Ok(())
+}
+
+/// Joint coordinates before, during and after closing, for controllers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Approach {
+    /// The contacts are about [`OPENED_M`] away from the object.
+    pub before: Vec<f64>,
+    /// Targets of joint springs that press as the test of six directions does.
+    pub squeezed: Vec<f64>,
+}
+
+/// The test of six directions by which the grasps of a file were simulated; otherwise the standard one.
+pub fn squeezing_test(metadata: &Metadata) -> SixDirections {
+    let protocol = metadata.stability["protocol"].clone();
+    match serde_json::from_value(protocol) {
+        Ok(Protocol::SixDirections(six)) => six,
+        _ => SixDirections::default(),
+    }
+}
+
+/// Distance of the contacts from the object before the hand closes, metres: the first stage of the published pipelines.
+pub const OPENED_M: f64 = 0.01;
+
+/// Coordinates from which the hand closes and to which it presses, for each of some grasps on one object.
+pub fn approaches(
+    hand: &Hand,
+    mesh: &Mesh,
+    grasps: &[&Grasp],
+    six: &SixDirections,
+) -> Vec<Approach> {
+    let exact = ExactMesh::new(mesh);
+    // Only the surface and the centre of mass are needed, so the object is not cut into pieces.
+    let solid = Solid::new(mesh, Build::Triangles);
+    let approach = |grasp: &&Grasp| Approach {
+        before: opened(hand, &exact, grasp, OPENED_M),
+        squeezed: joint_targets(hand, grasp, &solid, six),
+    };
+    grasps.iter().map(approach).collect()
+}
