@@ -1,5 +1,6 @@
 """Stubs, types, and the command line."""
 
+import importlib.metadata
 import os
 import subprocess
 import sys
@@ -40,3 +41,11 @@ def test_command_line():
         ls.command("no-such-verb")
     line = [sys.executable, "-c", "import sys, landscape; sys.exit(landscape.main())", "--version"]
     assert ls.__version__ in subprocess.run(line, capture_output=True, text=True).stdout
+
+
+def test_notices_of_all_dependencies_travel_along():
+    files = {path.name: path for path in importlib.metadata.files("grasp-landscape")}
+    assert "LICENSE-MIT" in files and "LICENSE-APACHE" in files
+    notices = files["THIRD_PARTY.txt"].read_text()
+    for name in ["Bitstream Vera", "pyo3", "zstd"]:
+        assert name in notices, name
