@@ -24,6 +24,18 @@ impl Survey {
             counted(self.hands.len(), "hand"),
             counted(self.populations.len(), "population")
         );
+        text.push('\n');
+        let head = [
+            "hand",
+            "objects",
+            "grasps",
+            "types",
+            "cells",
+            "contact regions",
+            "families",
+            "families with the digits of another object's",
+        ];
+        table(&mut text, &head, self.hands.iter().map(HandSurvey::row));
         for hand in &self.hands {
             self.hand(hand, &mut text);
         }
@@ -273,6 +285,33 @@ impl Survey {
 }
 
 impl HandSurvey {
+    /// The numbers of the hand, for the table of all hands.
+    fn row(&self) -> Vec<String> {
+        let known = |counts: &Option<KindCounts>, all: usize| {
+            let counts = counts.as_ref();
+            counts.map_or_else(
+                || "–".to_owned(),
+                |counts| format!("{} of {all}", counts.len()),
+            )
+        };
+        let taxonomy = Taxonomy::feix();
+        let [shared, families] = self.shared_families();
+        let [shared, families] = [shared, families].map(|number| match families {
+            0 => "–".to_owned(),
+            _ => number.to_string(),
+        });
+        vec![
+            self.hand.clone(),
+            self.populations.len().to_string(),
+            self.grasps.to_string(),
+            known(&self.types, taxonomy.types.len()),
+            known(&self.cells, taxonomy.cells().len()),
+            self.contacts.len().to_string(),
+            families,
+            shared,
+        ]
+    }
+
     fn lines(&self) -> Vec<String> {
         let mut lines = Vec::new();
         match (&self.types, &self.cells) {

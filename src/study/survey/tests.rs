@@ -147,6 +147,7 @@ fn texts_and_tables_have_every_population() {
     let text = survey.markdown();
     for words in [
         "# Survey of 175 grasps: 2 hands on 4 populations",
+        "| left | 3 | 140 | 4 of 33 | 1 of 17 | 3 | 6 | 5 |",
         "types of the taxonomy: 4 of 33",
         "families: 6 on all objects; 5 of them (83 %)",
         "torn.parquet: it ends too early",
