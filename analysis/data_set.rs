@@ -26,7 +26,13 @@ fn main() -> Result<(), Failure> {
                 let words = [
                     "synth", "--hand", hand, "--object", object, "-n", "64", "-o",
                 ];
-                run(&words, &output)?;
+                match run(&words, &output) {
+                    // A parallel gripper cannot hold the widest objects.
+                    Err(error) if error.to_string().contains("none of the 64 chains") => {
+                        println!("{hand} on {object}: {error}");
+                    }
+                    ended => ended?,
+                }
             }
         }
     }

@@ -99,7 +99,7 @@ impl SurveyedPopulation {
         let counter = Counter::new(&hand, &object, rule);
         let tally = run.tally(Phase::Label, population.grasps.len());
         let [types, cells, contacts] = counter.count_grasps(&population.grasps, &tally);
-        let why = types.as_ref().err().map(|why| why.words().to_owned());
+        let why = types.as_ref().err().map(|why| why.words());
         let outcomes = || population.grasps.iter().filter_map(|grasp| grasp.stable);
         Ok(Self {
             name: name.to_owned(),
@@ -207,13 +207,12 @@ impl Survey {
                 .or_default()
                 .push(population);
         }
-        let hands = by_hand.into_values().map(HandSurvey::of).collect();
-        let notes = different_levels(&populations);
+        let hands = by_hand.values().map(|of_hand| HandSurvey::of(of_hand));
         Self {
-            hands,
-            failures,
-            notes,
+            hands: hands.collect(),
+            notes: different_levels(&populations),
             populations,
+            failures,
         }
     }
 }

@@ -50,7 +50,7 @@ pub struct SharedContacts {
 }
 
 impl HandSurvey {
-    pub(super) fn of(populations: Vec<&SurveyedPopulation>) -> Self {
+    pub(super) fn of(populations: &[&SurveyedPopulation]) -> Self {
         let known = |counts: &dyn Fn(&SurveyedPopulation) -> Option<KindCounts>| {
             let all: Vec<KindCounts> = populations.iter().filter_map(|one| counts(one)).collect();
             (!all.is_empty()).then(|| sum(&all))
@@ -67,9 +67,9 @@ impl HandSurvey {
             types: known(&|one| one.types.clone()),
             cells: known(&|one| one.cells.clone()),
             contacts: known(&|one| Some(one.contacts.clone())).unwrap_or_default(),
-            missing_types: missing(&populations),
+            missing_types: missing(populations),
             family_sizes: maps().flat_map(|(_, map)| map.sizes()).collect(),
-            shared: shared(&populations),
+            shared: shared(populations),
         }
     }
 

@@ -40,7 +40,7 @@ impl Survey {
             self.hand(hand, &mut text);
         }
         text.push_str("\n## How to read this\n\n");
-        text.push_str(&self.explanation());
+        text.push_str(&Self::explanation());
         for note in &self.notes {
             let _ = write!(text, "\nNote: {note}.\n");
         }
@@ -160,7 +160,7 @@ impl Survey {
         ]
     }
 
-    fn explanation(&self) -> String {
+    fn explanation() -> String {
         let mut text = "Families are groups of a landscape: grasps between which the hand passes over low barriers. \"Families \
             unseen\" is a lower bound of what the grasps have not shown (Chao1, with its 95 % interval), and \"next known\" \
             the chance that one more grasp falls into a known family (Good and Turing). Types and cells are those of the GRASP \
@@ -229,7 +229,7 @@ impl Survey {
                 .as_ref()
                 .map(|types| types.values().copied().collect());
             for counts in [types, map.map(super::SurveyedMap::sizes)] {
-                let numbers = counts.and_then(|counts| effective(counts));
+                let numbers = counts.and_then(effective);
                 row.extend((0..3).map(|order| known(numbers.map(|numbers| numbers[order]))));
             }
             row
