@@ -114,6 +114,7 @@ impl<'a> Kinetics<'a> {
             })
         });
         json!({
+            "made_by": MAKER,
             "landscape": self.states.name,
             "sources": self.sources,
             "targets": self.targets,
