@@ -16,7 +16,6 @@ use super::run::{Watch, end_worker, journal_beside, open_journal, open_worker, s
 use super::workers::Share;
 use crate::cli::printing::{complain, print, print_json, sentence, shown};
 use crate::evaluation::taxonomy::Rule;
-use crate::figure::MAKER;
 use crate::grasp::GraspEnergy;
 use crate::store::{FileSet, GraspFile, Population, Source, content_hash};
 use crate::study::{self, GraspMapSettings, StudyError, SurveyFailure, SurveyedPopulation};
@@ -340,8 +339,9 @@ fn kept(folder: &Path, fingerprint: &str) -> Option<SurveyedPopulation> {
 /// Writes tables, pictures and summary, and shows the summary.
 fn write(survey: &study::Survey, output: &Path, common: &Common) -> anyhow::Result<()> {
     let command = &common.provenance.command;
-    let text = format!("{}\nMade by `{command}`, {MAKER}.\n", survey.markdown());
-    let text = shown(&text);
+    let version = env!("CARGO_PKG_VERSION");
+    let made = format!("Made by `{command}`, landscape {version}.");
+    let text = shown(&format!("{}\n{made}\n", survey.markdown()));
     let mut value = survey.to_json();
     value["command"] = command.as_str().into();
     let mut files = vec![
