@@ -34,6 +34,7 @@ pub fn printable_json(document: &str) -> String {
 }
 
 /// A count and its noun, whose plural ends in s: `1 grasp`, `3 grasps`.
+#[cfg(feature = "cli")]
 pub(crate) fn counted(count: usize, noun: &str) -> String {
     let plural = if count == 1 { "" } else { "s" };
     format!("{count} {noun}{plural}")

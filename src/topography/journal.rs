@@ -135,6 +135,7 @@ impl Run<'_> {
 
     /// The outcomes of `tasks` as [`Run::each`] has them, but one task after the other, each of which may use all threads
     /// itself. An error of a task ends the run and is not stored.
+    #[cfg(feature = "cli")]
     pub(crate) fn in_turn<K, T: Serialize + DeserializeOwned, E: From<JournalError>>(
         &self,
         phase: Phase,

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use super::{HandSurvey, KindCounts, Survey, SurveyedPopulation, effective};
 use crate::evaluation::taxonomy::Taxonomy;
 use crate::figure::MAKER;
+use crate::printable::counted;
 use crate::store::exchange::csv_table;
 use crate::topography::{LEAST_MEMBERS, Rarefaction};
 
@@ -390,13 +391,6 @@ pub(super) fn contacts_label(contacts: &str) -> &str {
         "nothing"
     } else {
         contacts
-    }
-}
-
-fn counted(number: usize, noun: &str) -> String {
-    match number {
-        1 => format!("1 {noun}"),
-        number => format!("{number} {noun}s"),
     }
 }
 
