@@ -125,6 +125,9 @@ fn a_killed_survey_goes_on_and_a_grown_one_does_what_is_new() {
         "killed.survey.partial",
         1,
     );
+    // Other grasps are another survey.
+    let other = desk.mistake(&format!("{SURVEY} -o killed.survey --object can"));
+    assert_says(&other, &["killed.survey.partial"]);
     desk.succeed(&format!("{SURVEY} -o killed.survey"));
     let [plain, killed] = ["plain.survey", "killed.survey"].map(|name| promised(&desk.path(name)));
     assert!(plain == killed, "the same bytes");

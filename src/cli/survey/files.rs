@@ -32,6 +32,8 @@ pub(super) struct Task {
     pub(super) place: usize,
     /// Name of the population, unique in the survey.
     pub(super) name: String,
+    /// Hash of its hand, object and poses.
+    pub(super) grasps: String,
 }
 
 /// What is to be surveyed.
@@ -137,7 +139,8 @@ impl Plan {
             let populations = file.landscapes();
             for (place, population) in populations.iter().enumerate() {
                 let name = name(&data, population, populations.len() > 1);
-                if let Some(other) = seen.get(&hash_of(population)) {
+                let grasps = hash_of(population)?;
+                if let Some(other) = seen.get(&grasps) {
                     plan.repeated.push(format!(
                         "{name} holds the same grasps as {other} and is left out"
                     ));
@@ -150,12 +153,13 @@ impl Plan {
                         data.path.display()
                     );
                 }
-                seen.insert(hash_of(population), name.clone());
+                seen.insert(grasps.clone(), name.clone());
                 plan.tasks.push(Task {
                     number: plan.tasks.len(),
                     file: index,
                     place,
                     name,
+                    grasps,
                 });
             }
         }
@@ -189,17 +193,11 @@ fn name(data: &DataFile, population: &Population<'_>, several: bool) -> String {
 }
 
 /// Hash of the hand, the object and the poses of a population, whatever else is known of them.
-fn hash_of(population: &Population<'_>) -> String {
-    let mut bytes = Vec::new();
+fn hash_of(population: &Population<'_>) -> anyhow::Result<String> {
+    let mut bytes = serde_json::to_vec(&(population.hand, population.object, population.scale))?;
     for row in &population.grasps {
         let pose = row.grasp.pose.to_vec();
         bytes.extend(pose.iter().flat_map(|number| number.to_le_bytes()));
     }
-    let (hand, object) = (&population.hand.name, &population.object.name);
-    content_hash(&[
-        hand.as_bytes(),
-        object.as_bytes(),
-        &population.scale.to_le_bytes(),
-        &bytes,
-    ])
+    Ok(content_hash(&[&bytes]))
 }

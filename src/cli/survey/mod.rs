@@ -176,21 +176,15 @@ impl Survey {
     /// Distinguishes the journals of different surveys.
     fn fingerprint(&self, plan: &Plan) -> anyhow::Result<String> {
         let mut parts = plan.hashes.clone();
-        parts.extend(plan.tasks.iter().map(|task| task.name.clone()));
+        let tasks = plan.tasks.iter();
+        parts.extend(tasks.flat_map(|task| [task.name.clone(), task.grasps.clone()]));
         if let Some(path) = &self.config {
             parts.push(std::fs::read_to_string(path)?);
         }
         let numbers = (self.groups.group_barrier, self.seed, self.first);
-        let flags = (
-            self.no_map,
-            self.page.no_report,
-            &self.of.hand,
-            &self.of.object,
-        );
-        parts.push(format!(
-            "{numbers:?} {flags:?} {}",
-            env!("CARGO_PKG_VERSION")
-        ));
+        let flags = (self.no_map, self.page.no_report);
+        let version = env!("CARGO_PKG_VERSION");
+        parts.push(format!("{numbers:?} {flags:?} {version}"));
         let parts: Vec<&[u8]> = parts.iter().map(String::as_bytes).collect();
         Ok(content_hash(&parts))
     }
