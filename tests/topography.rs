@@ -6,6 +6,7 @@ mod barriers;
 mod completeness;
 mod diagram;
 mod gradients;
+mod growing;
 mod kinetics;
 mod lennard_jones;
 mod models;

@@ -15,9 +15,11 @@ use super::workers::Share;
 use crate::cli::printing::{explain, print_landscapes};
 use crate::grasp::GraspEnergy;
 use crate::limits::ENERGY_SCALE;
+use crate::printable::counted;
 use crate::store::{AtomicFolder, GraspFile, Population, Source, content_hash};
 use crate::study::{
-    GraspLandscape, GraspMapSettings, GraspReport, StudyError, StudyRun, map_population,
+    EarlierLandscape, GraspLandscape, GraspMapSettings, GraspReport, JoinedGrasps, StudyError,
+    StudyRun, grow_population, map_population,
 };
 use crate::topography::Run;
 
@@ -54,6 +56,12 @@ pub(super) struct Build {
     /// the group with the lowest raw barrier. Every barrier is an upper bound, and the result depends on the order.
     #[arg(long, conflicts_with_all = ["group_barrier", "worker"])]
     sequential: bool,
+    /// Add the grasps to this finished landscape, with its settings, and do only what is new. Grasps that it holds already are
+    /// skipped. Without --output a new folder is named after the file; the old landscape stays as it is.
+    #[arg(long, value_name = "LANDSCAPE", value_hint = clap::ValueHint::DirPath, conflicts_with_all = [
+        "neighbours", "temperature", "pull", "diagram", "paths", "config", "sequential", "seed",
+    ])]
+    onto: Option<PathBuf>,
     #[command(flatten)]
     groups: GroupBarrier,
     /// Map only the grasps that held in simulation (column `stable` of `landscape stability`).
@@ -81,8 +89,9 @@ Examples:
   landscape build mug.parquet --neighbours 12 -o mug.landscape
   landscape build mug.parquet --sequential                 the published method, for comparison
   landscape build mug.parquet --group-barrier 0.1          groups as another landscape has them at 0.1
+  landscape build more.parquet --onto mug.landscape        adds grasps to a finished landscape: writes more.landscape/
 
-Writes minima.parquet, edges.parquet, paths.parquet, landscape.json, the tree (tree.nwk, tree.dot, tree.json), the
+Writes minima.parquet, edges.parquet, paths.parquet, grasps.parquet (those that were mapped), landscape.json, the tree (tree.nwk, tree.dot, tree.json), the
 network (barriers.graphml), min.data and ts.data for PATHSAMPLE (with placeholders instead of curvatures), the
 disconnectivity graph, the barrier graph and a rarefaction curve (SVG and PNG), summary.md, and report.html, a page on
 which the landscape is explored in a browser (double-click it; --no-report leaves it out). An interrupted run continues
@@ -116,7 +125,13 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     if !common.quiet {
         input::warn(&warnings);
     }
-    let populations = file.landscapes();
+    let earlier = command.onto.as_deref().map(EarlierLandscape::read);
+    let earlier = earlier.transpose()?;
+    let mut populations = file.landscapes();
+    if let Some(earlier) = &earlier {
+        let same = earlier.same_population(populations);
+        populations = vec![same.with_context(|| format!("{}", command.grasps.display()))?];
+    }
     let several = populations.len() > 1;
     let folders = populations
         .iter()
@@ -125,8 +140,8 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     for folder in &folders {
         check_place(folder)?;
         check_inputs(folder, &[&command.grasps])?;
-        if let Some(config) = &command.config {
-            check_inputs(folder, &[config])?;
+        for input in command.config.iter().chain(&command.onto) {
+            check_inputs(folder, &[input])?;
         }
     }
     check_resumable(&command.again, &folders)?;
@@ -144,8 +159,16 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
                 format!("of the whole file: {warning}")
             }
         });
-        build(command, common, population, folder, warnings.collect())
-            .with_context(|| format!("{}", command.grasps.display()))?;
+        let earlier = earlier.as_ref();
+        build(
+            command,
+            common,
+            population,
+            earlier,
+            folder,
+            warnings.collect(),
+        )
+        .with_context(|| format!("{}", command.grasps.display()))?;
     }
     print_landscapes(common, &folders)
 }
@@ -189,8 +212,15 @@ fn folder(command: &Build, population: &Population<'_>, several: bool) -> anyhow
     Ok(folder)
 }
 
-fn settings(command: &Build, energy: &GraspEnergy) -> anyhow::Result<GraspMapSettings> {
+fn settings(
+    command: &Build,
+    energy: &GraspEnergy,
+    earlier: Option<&EarlierLandscape>,
+) -> anyhow::Result<GraspMapSettings> {
     let mut settings = GraspMapSettings::new(energy);
+    if let Some(earlier) = earlier {
+        settings.map = earlier.settings.clone();
+    }
     if let Some(path) = &command.config {
         settings = settings.with_file(path)?;
     }
@@ -212,13 +242,20 @@ fn build(
     command: &Build,
     common: &Common,
     population: &Population<'_>,
+    earlier: Option<&EarlierLandscape>,
     output: &Path,
-    warnings: Vec<String>,
+    mut warnings: Vec<String>,
 ) -> anyhow::Result<()> {
     let mut population = population.clone();
     population
         .grasps
         .truncate(command.first.unwrap_or(usize::MAX));
+    let joined = earlier.map(|earlier| earlier.joined(&population));
+    let joined = joined.transpose()?;
+    if let Some(joined) = &joined {
+        warnings.extend(joining(joined));
+        population.clone_from(&joined.file.landscapes()[0]);
+    }
     anyhow::ensure!(
         population.grasps.len() > 1,
         "there is only one grasp of the {} hand on {}, but a landscape needs at least two",
@@ -226,11 +263,12 @@ fn build(
         population.object.name
     );
     let energy = population.energy()?;
-    let settings = settings(command, &energy)?;
+    let settings = settings(command, &energy, earlier)?;
     explain(|| {
-        let cause = match &command.config {
-            Some(path) => format!("as the energy needs them, changed by {} and the flags", path.display()),
-            None => "as the energy needs them, changed by the flags (`landscape config build` lists them)".to_owned(),
+        let cause = match (&command.config, earlier) {
+            (_, Some(earlier)) => format!("those of {}", earlier.source.name),
+            (Some(path), None) => format!("as the energy needs them, changed by {} and the flags", path.display()),
+            (None, None) => "as the energy needs them, changed by the flags (`landscape config build` lists them)".to_owned(),
         };
         format!(
             "settings of the map: {cause}; each minimum is connected to its {} nearest ones, and a spanning tree is added",
@@ -241,6 +279,7 @@ fn build(
         population: &population,
         energy: &energy,
         settings: &settings,
+        earlier,
         source: Source {
             name: name_of(&command.grasps),
             content_hash: content_hash(&[&std::fs::read(&command.grasps)?]),
@@ -267,11 +306,32 @@ fn build(
             },
             ..StudyRun::default()
         };
-        map_population(&population, &energy, &settings, &run)?;
+        mapping.map(&run)?;
         return end_worker(journal, &watch, worker, output, common);
     }
     let written = mapping.write(output, &command.again, common)?;
     written.unfinished.conclude(written.watch, &written.summary)
+}
+
+/// What a reader must know about grasps that were added to a landscape.
+fn joining(joined: &JoinedGrasps) -> Vec<String> {
+    let mut notes = Vec::new();
+    if joined.repeated > 0 {
+        let (repeated, verb) = (
+            counted(joined.repeated, "grasp"),
+            if joined.repeated == 1 { "was" } else { "were" },
+        );
+        notes.push(format!(
+            "{repeated} of the file {verb} in the landscape already"
+        ));
+    }
+    if joined.renumbered > 0 {
+        notes.push(format!(
+            "{} of the file have new ids in grasps.parquet of this landscape, because theirs were taken",
+            counted(joined.renumbered, "grasp")
+        ));
+    }
+    notes
 }
 
 /// A population that is to be mapped, and how.
@@ -279,6 +339,8 @@ pub(super) struct Mapping<'a> {
     pub(super) population: &'a Population<'a>,
     pub(super) energy: &'a GraspEnergy,
     pub(super) settings: &'a GraspMapSettings,
+    /// The landscape to which the last grasps of the population are added.
+    pub(super) earlier: Option<&'a EarlierLandscape>,
     /// The file of the grasps.
     pub(super) source: Source,
     pub(super) warnings: Vec<String>,
@@ -295,6 +357,17 @@ pub(super) struct Written {
 }
 
 impl Mapping<'_> {
+    fn map(&self, run: &StudyRun<'_>) -> Result<GraspLandscape, StudyError> {
+        let (population, settings) = (self.population, self.settings);
+        match self.earlier {
+            Some(earlier) => {
+                let barrier = settings.map.groups.barrier;
+                grow_population(earlier, population, self.energy, barrier, run)
+            }
+            None => map_population(population, self.energy, settings, run),
+        }
+    }
+
     /// Maps the population and writes all files into the unfinished folder of `output`.
     pub(super) fn write(
         &self,
@@ -312,7 +385,7 @@ impl Mapping<'_> {
             },
             stage_ended: &|name, evaluations| watch.lap(name, evaluations),
         };
-        let found = match map_population(self.population, self.energy, self.settings, &run) {
+        let found = match self.map(&run) {
             Err(error @ StudyError::OneMinimum { .. }) => {
                 unfinished.discard()?;
                 return Err(error.into());
@@ -350,6 +423,7 @@ impl Mapping<'_> {
     /// Distinguishes the journals of different runs.
     pub(super) fn fingerprint(&self) -> anyhow::Result<String> {
         let (population, settings) = (self.population, self.settings);
+        let earlier = self.earlier.map(|earlier| &earlier.source.content_hash);
         Ok(content_hash(&[
             self.source.content_hash.as_bytes(),
             serde_json::to_string(&settings.map_settings())?.as_bytes(),
@@ -359,6 +433,7 @@ impl Mapping<'_> {
             &population.scale.to_le_bytes(),
             &(population.grasps.len() as u64).to_le_bytes(),
             &[u8::from(settings.sequential), u8::from(settings.diagram)],
+            earlier.map_or(&[], |hash| hash.as_bytes()),
             env!("CARGO_PKG_VERSION").as_bytes(),
         ]))
     }

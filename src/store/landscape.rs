@@ -11,7 +11,9 @@
 //! ([`StationaryRow`](super::StationaryRow)).
 //!
 //! A landscape whose merges have a support also has `resampled.parquet`: the merges of the resampled trees
-//! ([`write_resampled`](super::write_resampled)).
+//! ([`write_resampled`](super::write_resampled)). A landscape that `landscape build` mapped also has `attempts.parquet`, the
+//! chains and geodesics that were tried ([`write_attempts`](super::write_attempts)), and `grasps.parquet`, the grasps whose
+//! ids are the members of minima ([`GraspFile`]).
 //!
 //! `landscape.json` lists under `checksums` the [`content_hash`](super::content_hash) of each table, and of itself without
 //! that list. They are checked when a table is read. Texts and pictures are made from the tables and may be edited or drawn
@@ -30,13 +32,14 @@ use serde_json::{Value, json};
 use super::atomic::AtomicFolder;
 use super::columns::Columns;
 use super::error::{Fault, StoreError, Warning};
-use super::grasps::term_column;
+use super::grasps::{GraspFile, Overrides, term_column};
 use super::machine::Machine;
 use super::metadata::{HandMetadata, ObjectMetadata, Source, bad, check_version, content_hash};
 use super::row::{self, Column, columns};
 use super::table::{FLOAT, IDS, TEXTS, Table};
 
 const MINIMA: &str = "minima.parquet";
+const GRASPS: &str = "grasps.parquet";
 const EDGES: &str = "edges.parquet";
 const PATHS: &str = "paths.parquet";
 const MANIFEST: &str = "landscape.json";
@@ -135,6 +138,9 @@ pub struct Manifest {
     pub seed: u64,
     /// The grasps it was made from.
     pub source: Source,
+    /// The landscape to which these grasps were added, if any, and the hash of its manifest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub onto: Option<Source>,
     /// The hand; `None` for a model surface.
     pub hand: Option<HandMetadata>,
     /// The object; `None` for a model surface.
@@ -255,6 +261,40 @@ impl LandscapeFiles {
             paths: read_paths(&read_table(folder, PATHS)?, &manifest.terms)?,
             manifest,
         })
+    }
+
+    /// The grasps of a finished landscape; `None` if it does not hold them, as a landscape of a surface or of an earlier
+    /// version.
+    ///
+    /// # Errors
+    /// If the table is damaged, altered, or of another landscape or version.
+    pub fn grasps(folder: &Path) -> Result<Option<GraspFile>, StoreError> {
+        if !has_table(folder, GRASPS)? {
+            return Ok(None);
+        }
+        // This compares the checksum.
+        read_table(folder, GRASPS)?;
+        let (file, _) = GraspFile::read(&folder.join(GRASPS), Overrides::default())?;
+        Ok(Some(file))
+    }
+
+    /// Writes the grasps of a landscape into its folder, before [`LandscapeFiles::write`].
+    ///
+    /// # Errors
+    /// If [`GraspFile::read`] would refuse them, or the folder cannot be written.
+    pub fn write_grasps(grasps: &GraspFile, folder: &AtomicFolder) -> Result<(), StoreError> {
+        let path = folder.path().join(GRASPS);
+        folder.write(GRASPS, &grasps.encode(&path)?)
+    }
+
+    /// [`content_hash`] of the manifest in `folder`, which lists the hashes of all tables.
+    ///
+    /// # Errors
+    /// If there is no manifest.
+    pub fn content_hash(folder: &Path) -> Result<String, StoreError> {
+        let path = folder.join(MANIFEST);
+        let bytes = fs::read(&path).map_err(StoreError::io("read", &path))?;
+        Ok(content_hash(&[&bytes]))
     }
 
     /// Warnings about a landscape that can be read.

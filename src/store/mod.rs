@@ -12,6 +12,7 @@
 //! decide what a run means and which files it needs.
 
 mod atomic;
+mod attempts;
 mod check;
 mod columns;
 mod error;
@@ -31,6 +32,7 @@ mod sum;
 mod table;
 
 pub use atomic::{AtomicFolder, FileSet, JOURNAL, write_atomic};
+pub use attempts::{read_attempts, write_attempts};
 pub use error::{Fault, StoreError, Warning};
 pub use grasps::{GraspFile, GraspRow, Overrides, Population};
 pub use journal::{

@@ -1,15 +1,18 @@
 //! Builds the landscape of the grasps of one hand on one object.
 
+use serde::Serialize;
+
 use super::chain_choice::ChainChoice;
+use super::earlier::EarlierLandscape;
 use super::error::StudyError;
 use super::level::letting_go;
 use super::settings::{GraspMapSettings, StudyRun};
 use crate::grasp::hover::{HoverCost, hover_costs};
 use crate::grasp::{GraspEnergy, GraspKernel};
-use crate::store::Population;
+use crate::store::{Population, Source};
 use crate::topography::{
     Landscape, MapSettings, Minimum, MinimumId, SequentialSettings, build_landscape, distinct,
-    quench_all, sequential,
+    grow_landscape, quench_all, sequential,
 };
 
 /// A landscape of grasps and how it was made.
@@ -25,7 +28,22 @@ pub struct GraspLandscape {
     pub choice: ChainChoice,
     /// The hovering costs.
     pub hover: Vec<HoverCost>,
-    /// Energy evaluations of all stages except the hovering costs.
+    /// Energy evaluations of all stages except the hovering costs, with those of the landscape that it grew from.
+    pub evaluations: usize,
+    /// What it grew from, if grasps were added to a finished landscape.
+    pub growth: Option<Growth>,
+}
+
+/// The landscape to which grasps were added, and what it cost.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Growth {
+    /// The folder of the landscape, and the hash of its manifest.
+    pub onto: Source,
+    /// Number of its grasps.
+    pub grasps: usize,
+    /// Number of its minima.
+    pub minima: usize,
+    /// Energy evaluations spent on what was added.
     pub evaluations: usize,
 }
 
@@ -84,15 +102,9 @@ pub fn map_population(
 ) -> Result<GraspLandscape, StudyError> {
     let kernel = GraspKernel::new(energy);
     let mut map = settings.map_settings();
-    let grasps = population.grasps.iter();
-    let starts: Vec<Vec<f64>> = grasps.map(|row| row.grasp.pose.to_vec()).collect();
-    let quenches = quench_all(energy, &starts, &map.quench, &run.run)?;
-    let evaluations: usize = quenches.iter().map(|quench| quench.evaluations).sum();
-    let (mut minima, _) = distinct(energy, &quenches, &map.sameness, f64::INFINITY);
-    (run.stage_ended)("quench", evaluations);
+    let (mut minima, evaluations) = descended(population, 0, energy, &map, run)?;
     if minima.len() < 2 {
-        let grasps = starts.len();
-        return Err(StudyError::OneMinimum(grasps));
+        return Err(StudyError::OneMinimum(population.grasps.len()));
     }
     let hover = hover_costs(energy, &probes(energy, &minima))?;
     (run.stage_ended)("hover", 0);
@@ -122,7 +134,81 @@ pub fn map_population(
         arrivals,
         choice,
         hover,
+        growth: None,
     })
+}
+
+/// Adds grasps to a finished landscape and does only what is new: descends from them, connects the minima that the landscape
+/// does not have, and leaves its own connections as they are; see [`grow_landscape`]. `population` is that of
+/// [`JoinedGrasps::file`](super::JoinedGrasps::file). The settings are those of the landscape, but the level of groups may be
+/// another one.
+///
+/// # Errors
+/// [`StudyError::OtherEnergy`] if the energy is not that of the landscape, [`StudyError::Journal`] if a finished task cannot
+/// be stored.
+///
+/// # Panics
+/// If the energy belongs to another hand than the population's.
+pub fn grow_population(
+    earlier: &EarlierLandscape,
+    population: &Population<'_>,
+    energy: &GraspEnergy,
+    group_barrier: Option<f64>,
+    run: &StudyRun<'_>,
+) -> Result<GraspLandscape, StudyError> {
+    let kernel = GraspKernel::new(energy);
+    let mut map = earlier.settings.clone();
+    map.groups.barrier = group_barrier.or(map.groups.barrier);
+    let known = earlier.landscape(energy)?;
+    let (minima, descents) = descended(population, earlier.grasps(), energy, &map, run)?;
+    let all: Vec<Minimum> = known
+        .network
+        .node_weights()
+        .chain(&minima)
+        .cloned()
+        .collect();
+    let hover = hover_costs(energy, &probes(energy, &all))?;
+    (run.stage_ended)("hover", 0);
+    map.groups.highest = hovering(&hover);
+    let landscape = grow_landscape(energy, &kernel, &known, minima, &map, &run.run)?;
+    (run.stage_ended)("connect", landscape.evaluations);
+    let spent = descents + landscape.evaluations;
+    Ok(GraspLandscape {
+        evaluations: earlier.evaluations() + spent,
+        settings: map,
+        landscape,
+        arrivals: None,
+        choice: ChainChoice::of_earlier(&earlier.source.name),
+        hover,
+        growth: Some(Growth {
+            onto: earlier.source.clone(),
+            grasps: earlier.grasps(),
+            minima: earlier.minima(),
+            evaluations: spent,
+        }),
+    })
+}
+
+/// The minima below the grasps from row `first` on, and the evaluations spent. Members are rows of the population.
+fn descended(
+    population: &Population<'_>,
+    first: usize,
+    energy: &GraspEnergy,
+    map: &MapSettings,
+    run: &StudyRun<'_>,
+) -> Result<(Vec<Minimum>, usize), StudyError> {
+    let grasps = population.grasps.iter().skip(first);
+    let starts: Vec<Vec<f64>> = grasps.map(|row| row.grasp.pose.to_vec()).collect();
+    let quenches = quench_all(energy, &starts, &map.quench, &run.run)?;
+    let evaluations: usize = quenches.iter().map(|quench| quench.evaluations).sum();
+    let (mut minima, _) = distinct(energy, &quenches, &map.sameness, f64::INFINITY);
+    for minimum in &mut minima {
+        for member in &mut minimum.members {
+            *member += first;
+        }
+    }
+    (run.stage_ended)("quench", evaluations);
+    Ok((minima, evaluations))
 }
 
 /// The cost of a hand 2 mm off the object, which touches nothing by the strict filter.

@@ -18,8 +18,8 @@ pub struct ChainChoice {
     pub diagram: Option<Diagram>,
     /// The few chains used otherwise, unless both values were given.
     pub tuning: Option<Tuning>,
-    /// Whether both values were given.
-    given: bool,
+    /// Who gave both values, if they were given.
+    given: Option<String>,
 }
 
 impl ChainChoice {
@@ -31,8 +31,9 @@ impl ChainChoice {
         map: &mut MapSettings,
         run: &StudyRun<'_>,
     ) -> Result<Self, JournalError> {
+        let given = settings.temperature.is_some() && settings.force.is_some();
         let mut choice = Self {
-            given: settings.temperature.is_some() && settings.force.is_some(),
+            given: given.then(|| "as asked for".to_owned()),
             ..Self::default()
         };
         let mut best = None;
@@ -42,7 +43,7 @@ impl ChainChoice {
             let recommended = found.recommended.as_ref();
             best = recommended.map(|best| (best.temperature, best.force));
             choice.diagram = Some(found);
-        } else if !choice.given {
+        } else if choice.given.is_none() {
             let found = try_few(settings, surface, minima, map, &run.run)?;
             (run.stage_ended)("choose", found.evaluations);
             let recommended = found.recommended();
@@ -59,6 +60,14 @@ impl ChainChoice {
         Ok(choice)
     }
 
+    /// The values of the landscape of this name.
+    pub(super) fn of_earlier(name: &str) -> Self {
+        Self {
+            given: Some(format!("as in {name}")),
+            ..Self::default()
+        }
+    }
+
     /// Evaluations spent on the choice.
     pub fn evaluations(&self) -> usize {
         let diagram = self.diagram.as_ref().map_or(0, |found| found.evaluations);
@@ -72,13 +81,13 @@ impl ChainChoice {
             best.map(|best| format!("by its magnetisation diagram: {}", best.reason))
         });
         let tried = || self.tuning.as_ref()?.reason();
-        match (measured, self.given) {
-            (_, true) => "as asked for".to_owned(),
-            (Some(Some(reason)), false) => reason,
-            (Some(None), false) => {
+        match (measured, &self.given) {
+            (_, Some(given)) => given.clone(),
+            (Some(Some(reason)), None) => reason,
+            (Some(None), None) => {
                 "the usual values: in the diagram no force joined most pairs".to_owned()
             }
-            (None, false) => tried().unwrap_or_else(|| {
+            (None, None) => tried().unwrap_or_else(|| {
                 "the usual values: none of those tried joined half of the pairs".to_owned()
             }),
         }

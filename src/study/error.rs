@@ -69,6 +69,47 @@ pub enum StudyError {
         /// The other.
         b: u64,
     },
+    /// A landscape was made without its grasps.
+    #[error(
+        "{0} holds no grasps.parquet, because an earlier version made it: build it once more from its grasps, then others can \
+         be added"
+    )]
+    WithoutGrasps(String),
+    /// A landscape was made by sequential ADELM.
+    #[error(
+        "{0} was made by sequential ADELM, whose result depends on the order of the grasps: nothing can be added to it"
+    )]
+    Sequential(String),
+    /// The settings of a landscape belong to another version.
+    #[error("this program does not know the settings of {landscape}")]
+    MapSettings {
+        /// The landscape.
+        landscape: String,
+        /// The reason.
+        source: serde_json::Error,
+    },
+    /// Grasps of another hand, object or scale cannot be added to a landscape.
+    #[error(
+        "no grasp is of the same hand, object and size as {landscape}, which is of hand `{hand}` on `{object}` at scale {scale}"
+    )]
+    OtherPopulation {
+        /// The landscape.
+        landscape: String,
+        /// Its hand.
+        hand: String,
+        /// Its object.
+        object: String,
+        /// Its scale.
+        scale: f64,
+    },
+    /// Grasps of another energy cannot be added to a landscape.
+    #[error(
+        "{0} is a landscape of another energy, or of another version of it: build one landscape of all grasps instead"
+    )]
+    OtherEnergy(String),
+    /// A landscape has all grasps already.
+    #[error("{0} holds all these grasps already: there is nothing to add")]
+    NothingNew(String),
     /// The manifest of a landscape has no group barrier.
     #[error("the landscape does not record its group barrier")]
     NoGroupBarrier,

@@ -119,6 +119,7 @@ impl<'a> ImportedLandscape<'a> {
             command: self.command.to_owned(),
             seed: 0,
             source: self.source.clone(),
+            onto: None,
             hand: None,
             object: None,
             scale: 1.0,

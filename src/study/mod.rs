@@ -12,6 +12,7 @@
 //! | the grasps of a file | judgements on the exact mesh | [`judge_all`], counted by [`JudgedPopulation`] |
 //! | contacts without a hand | a judgement of them | [`GivenContacts::judge`] |
 //! | the grasps of a file | their landscape | [`map_population`] with [`GraspMapSettings`] |
+//! | more grasps and a finished landscape | the landscape of all of them | [`EarlierLandscape::read`], [`grow_population`] |
 //! | a landscape of grasps | tables, pictures, `summary.md` | [`GraspReport::write`] |
 //! | a surface | its minima and saddles, and their landscape | [`search_surface`] |
 //! | a searched surface | tables, pictures, `summary.md` | [`SurfaceReport::write`] |
@@ -89,6 +90,7 @@ mod contacts;
 mod digits;
 mod diversity;
 mod drawing;
+mod earlier;
 mod error;
 mod examples;
 mod experiment;
@@ -129,7 +131,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use serde_json::Value;
 
-pub use build::{GraspLandscape, map_population};
+pub use build::{GraspLandscape, Growth, grow_population, map_population};
 pub use chain_choice::ChainChoice;
 pub use configuration::{ConfigurationError, ConfigurationFile, SurfaceConfiguration};
 pub use contacts::{BalancingForces, ContactsError, ContactsReport, GivenContact, GivenContacts};
@@ -139,6 +141,7 @@ pub use diversity::{
     compare_diversity,
 };
 pub use drawing::{Drawing, Put, Quantities, Titles, Views};
+pub use earlier::{EarlierLandscape, JoinedGrasps};
 pub use error::StudyError;
 pub use examples::{Colouring, MinimumNames};
 pub use experiment::{DEFAULT_PRESET, Experiment, ExperimentError};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use petgraph::graph::NodeIndex;
 use rayon::prelude::*;
 
-use super::build::{GraspLandscape, hovering};
+use super::build::{GraspLandscape, Growth, hovering};
 use super::chain_choice;
 use super::drawing::{Titles, Views, not_drawn};
 use super::error::StudyError;
@@ -94,6 +94,10 @@ impl GraspReport<'_> {
         let database = Database::from_landscape(self.energy, mapped.landscape, difference);
         mapped.draw(&titles, Views::default(), &database, folder)?;
         uncertainty.unseen.draw(&titles.title, folder)?;
+        let mut inputs = vec![self.source.clone()];
+        inputs.extend(self.found.growth.iter().map(|growth| growth.onto.clone()));
+        let grasps = self.population.to_file(&self.command, inputs);
+        LandscapeFiles::write_grasps(&grasps, folder)?;
         if let Some(diagram) = &self.found.choice.diagram {
             chain_choice::write(diagram, &titles.title, folder)?;
         }
@@ -122,6 +126,9 @@ impl GraspReport<'_> {
             tell("arrivals", json(arrivals));
         }
         tell("chosen", found.choice.spell().into());
+        if let Some(growth) = &found.growth {
+            tell("growth", json(growth));
+        }
         if let Some(diagram) = &found.choice.diagram {
             tell("recommended", json(&diagram.recommended));
         }
@@ -133,6 +140,7 @@ impl GraspReport<'_> {
             command: self.command.clone(),
             seed: found.settings.seed,
             source: self.source.clone(),
+            onto: found.growth.as_ref().map(|growth| growth.onto.clone()),
             hand: Some(self.population.hand.clone()),
             object: Some(self.population.object.clone()),
             scale: self.population.scale,
@@ -273,8 +281,24 @@ impl GraspReport<'_> {
         lines.extend(ways(files, merges));
         lines.extend(uncertainty::lines(uncertainty));
         lines.extend(found.hover.iter().map(cost_of_hovering));
+        lines.extend(found.growth.as_ref().map(|growth| self.grown(growth)));
         lines.push(format!("- {} energy evaluations\n", counts.evaluations));
         lines
+    }
+
+    /// To which landscape how much was added.
+    fn grown(&self, growth: &Growth) -> String {
+        let added = self.population.grasps.len() - growth.grasps;
+        let minima = self.found.landscape.network.node_count();
+        format!(
+            "- grown from {} ({} in {} minima): {} added, {} minima now; this took {} of the energy evaluations",
+            growth.onto.name,
+            counted(growth.grasps, "grasp"),
+            growth.minima,
+            counted(added, "grasp"),
+            minima,
+            growth.evaluations
+        )
     }
 
     /// How the groups were made.

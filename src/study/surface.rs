@@ -236,6 +236,7 @@ impl SurfaceReport<'_> {
             command: self.command.clone(),
             seed: self.settings.seed,
             source: self.subject.source.clone(),
+            onto: None,
             hand: None,
             object: None,
             scale: 1.0,

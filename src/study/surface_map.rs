@@ -171,6 +171,7 @@ impl SurfaceMapReport<'_> {
             command: self.command.clone(),
             seed: found.settings.seed,
             source: subject.source.clone(),
+            onto: None,
             hand: None,
             object: None,
             scale: 1.0,

@@ -14,7 +14,8 @@ use super::{json, median, tally};
 use crate::energy::Energy;
 use crate::figure::Leaf;
 use crate::store::{
-    AtomicFolder, EdgeRow, LandscapeFiles, MinimumRow, PathPoint, StoreError, write_resampled,
+    AtomicFolder, EdgeRow, LandscapeFiles, MinimumRow, PathPoint, StoreError, write_attempts,
+    write_resampled,
 };
 use crate::topography::exchange::{Database, Layout};
 use crate::topography::{self, Evidence, GroupSettings, Groups, Landscape, Merge, Network};
@@ -178,6 +179,7 @@ impl Mapped<'_> {
         });
         write_database(database, folder)?;
         write_resampled(&self.landscape.resampled, folder)?;
+        write_attempts(&self.landscape.attempts, folder)?;
         let drawing = Drawing {
             network,
             tree: &self.landscape.tree,

@@ -402,6 +402,7 @@ impl SequentialBuilder<'_> {
                 connections,
                 rejected: Vec::new(),
                 unlisted_minima: Vec::new(),
+                attempts: Vec::new(),
                 resampled: Vec::new(),
                 evaluations,
             },

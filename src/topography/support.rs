@@ -6,12 +6,28 @@ use petgraph::graph::NodeIndex;
 use rand::RngExt;
 
 use super::barrier::{Connection, Start};
-use super::network::{Edge, Evidence, Minimum, Network};
+use super::network::{Edge, Evidence, Minimum, MinimumId, Network};
 use super::tree::Tree;
 use crate::sample::{Task, stream};
 
 /// First random stream of the bootstrap. The groups use the streams before it.
 const FIRST_STREAM: u64 = 1 << 32;
+
+/// An attempt to connect two minima: a chain or a geodesic, what it met, and what the path relaxed from it found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Attempt {
+    /// The lower minimum.
+    pub from: MinimumId,
+    /// The higher minimum.
+    pub to: MinimumId,
+    /// The chain (replicas count the chains of this pair and direction) or geodesic.
+    pub start: Start,
+    /// Raw barrier of the chain, or least height of the roughly relaxed straight line; `None` if nothing arrived or nothing
+    /// was measured.
+    pub barrier: Option<f64>,
+    /// For each pass on the relaxed paths, and for their tops, the two minima and the height; empty if none was relaxed.
+    pub found: Vec<(MinimumId, MinimumId, f64)>,
+}
 
 /// All trials of one pair: their chains and the heights found.
 #[derive(Debug, Clone, Default)]
@@ -81,6 +97,22 @@ impl Trial {
         self.found.push((start, heights.collect()));
     }
 
+    /// Adds an attempt. Those of one direction come in the order of their replicas.
+    pub(super) fn add_attempt(&mut self, attempt: &Attempt) {
+        match attempt.start {
+            Start::Chain { backward, .. } => {
+                self.chains[usize::from(backward)].push(attempt.barrier);
+            }
+            Start::Straight | Start::Round => {
+                let known = self.straight.into_iter().chain(attempt.barrier);
+                self.straight = known.reduce(f64::min);
+            }
+        }
+        let found = attempt.found.iter();
+        let found = found.map(|(a, b, height)| ((a.0, b.0), *height)).collect();
+        self.found.push((attempt.start, found));
+    }
+
     /// Adds the chains and paths of another pair of minima of the same two basins, `turned` if that pair runs the other way.
     /// `place` gives the basin of each minimum.
     pub(super) fn absorb(&mut self, mut other: Self, turned: bool, place: &[usize]) {
@@ -132,6 +164,36 @@ impl Trial {
         }
         known
     }
+}
+
+/// All attempts in `trials`, by pair.
+pub(super) fn attempts(trials: &BTreeMap<(usize, usize), Trial>) -> Vec<Attempt> {
+    let of_pair = |((from, to), trial): (&(usize, usize), &Trial)| {
+        let chains = [false, true].into_iter().flat_map(|backward| {
+            let barriers = trial.chains[usize::from(backward)].iter().enumerate();
+            barriers.map(move |(replica, barrier)| (Start::Chain { backward, replica }, *barrier))
+        });
+        let straight = trial.straight.filter(|height| height.is_finite());
+        let starts = chains.chain([(Start::Straight, straight), (Start::Round, None)]);
+        let attempt = |(start, barrier)| Attempt {
+            from: MinimumId(*from),
+            to: MinimumId(*to),
+            start,
+            barrier,
+            found: (trial.found.iter())
+                .filter(|(origin, _)| *origin == start)
+                .flat_map(|(_, found)| found)
+                .filter(|(_, height)| height.is_finite())
+                .map(|((a, b), height)| (MinimumId(*a), MinimumId(*b), *height))
+                .collect(),
+        };
+        let told = |attempt: &Attempt| {
+            let chain = matches!(attempt.start, Start::Chain { .. });
+            chain || attempt.barrier.is_some() || !attempt.found.is_empty()
+        };
+        starts.map(attempt).filter(told).collect::<Vec<_>>()
+    };
+    trials.iter().flat_map(of_pair).collect()
 }
 
 /// Merge trees of `count` resamplings of the chains; none if no pair has two chains in one direction.

@@ -6,6 +6,7 @@ mod diversity;
 mod experiments;
 mod flags;
 mod given_grasps;
+mod growing;
 mod interruptions;
 mod json;
 mod manuals;

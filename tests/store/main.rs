@@ -237,6 +237,10 @@ fn landscape() -> LandscapeFiles {
             name: "grasps.parquet".into(),
             content_hash: "89ab".into(),
         },
+        onto: Some(Source {
+            name: "old.landscape".to_owned(),
+            content_hash: "5678".to_owned(),
+        }),
         hand: Some(hand()),
         object: Some(object("cup")),
         scale: 0.06,

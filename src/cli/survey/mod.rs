@@ -263,6 +263,7 @@ impl Survey {
             population,
             energy: &energy,
             settings: &settings,
+            earlier: None,
             source,
             warnings: Vec::new(),
             with_page: !self.page.no_report,

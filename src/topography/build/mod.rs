@@ -1,6 +1,7 @@
 //! Builds a landscape: selects the pairs to connect and connects them.
 
 mod confirm;
+mod grow;
 mod known;
 mod rest;
 mod rippled;
@@ -14,17 +15,18 @@ use petgraph::unionfind::UnionFind;
 use super::barrier::{Connection, Connector, Effort, Pair};
 use super::groups::Groups;
 use super::journal::{JournalError, Run};
-use super::landscape::Landscape;
+use super::landscape::{Landscape, NoMinimum};
 use super::minima::distinct;
 use super::network::{Claim, Evidence, Minimum, MinimumId, Network};
 use super::pairs::{BetweenMinima, bridges, candidates};
 use super::ripples::{basins, between};
-use super::support::{Trial, resample};
+use super::support::{Trial, attempts, resample};
 use super::tree::{Tree, spanning_forest};
 use super::{Phase, Tally};
 use crate::energy::Energy;
 use crate::optimize::Quench;
 use crate::sample::Kernel;
+pub use grow::grow_landscape;
 use rest::at_rest;
 pub(super) use rest::by_energy;
 pub use settings::MapSettings;
@@ -48,54 +50,32 @@ pub fn build_landscape(
     run: &Run<'_>,
 ) -> Result<Landscape, JournalError> {
     let (minima, rejected) = at_rest(energy, minima, &settings.sameness);
-    let mapped = minima.clone();
-    let mut builder = LandscapeBuilder {
-        energy,
-        kernel,
-        settings,
-        run,
-        distances: BetweenMinima::new(energy.space(), &mapped),
-        minima,
-        best: BTreeMap::new(),
-        tried: BTreeMap::new(),
-        unlisted_minima: Vec::new(),
-        trials: BTreeMap::new(),
-        known: None,
-        evaluations: 0,
-    };
-    builder.join_over_ripples()?;
-    builder.connect_neighbours()?;
-    builder.join_components()?;
-    builder.retry_upper_bounds()?;
-    builder.replicate()?;
-    builder.confirm()?;
-    builder.merge_over_ripples();
-    builder.join_at_the_ceiling();
-    let network = builder.network();
-    let (mut unlisted_minima, _) = distinct(
-        energy,
-        &builder.unlisted_minima,
-        &settings.sameness,
-        f64::INFINITY,
-    );
-    for stray in &mut unlisted_minima {
-        stray.members.clear();
+    let start = Charted::new(minima);
+    let mapped = start.minima.clone();
+    LandscapeBuilder::new((energy, kernel), &mapped, start, settings, run).map(rejected)
+}
+
+/// What is known before a map is made.
+struct Charted {
+    /// Minima, lowest first.
+    minima: Vec<Minimum>,
+    /// Whether each minimum was in an earlier map. Pairs of two such minima are not connected again.
+    settled: Vec<bool>,
+    best: BTreeMap<(usize, usize), Connection>,
+    trials: BTreeMap<(usize, usize), Trial>,
+    unlisted_minima: Vec<Quench>,
+}
+
+impl Charted {
+    fn new(minima: Vec<Minimum>) -> Self {
+        Self {
+            settled: vec![false; minima.len()],
+            minima,
+            best: BTreeMap::new(),
+            trials: BTreeMap::new(),
+            unlisted_minima: Vec::new(),
+        }
     }
-    Ok(Landscape {
-        rejected,
-        unlisted_minima,
-        resampled: resample(
-            &network,
-            &builder.trials,
-            settings.resamplings,
-            settings.seed,
-        ),
-        tree: Tree::from_network(&network, Evidence::Chain),
-        groups: Groups::new(&network, &settings.groups),
-        network,
-        connections: builder.best.into_values().collect(),
-        evaluations: builder.evaluations,
-    })
 }
 
 struct LandscapeBuilder<'a> {
@@ -105,6 +85,8 @@ struct LandscapeBuilder<'a> {
     run: &'a Run<'a>,
     distances: BetweenMinima<'a>,
     minima: Vec<Minimum>,
+    /// Whether each of the mapped minima was in an earlier map.
+    settled: Vec<bool>,
     best: BTreeMap<(usize, usize), Connection>,
     tried: BTreeMap<(usize, usize), usize>,
     /// Ends of descents that are not known minima.
@@ -115,7 +97,71 @@ struct LandscapeBuilder<'a> {
     evaluations: usize,
 }
 
+impl<'a> LandscapeBuilder<'a> {
+    /// A builder that knows `start`, whose minima are `mapped`.
+    fn new(
+        (energy, kernel): (&'a dyn Energy, &'a dyn Kernel),
+        mapped: &'a [Minimum],
+        start: Charted,
+        settings: &'a MapSettings,
+        run: &'a Run<'a>,
+    ) -> Self {
+        Self {
+            energy,
+            kernel,
+            settings,
+            run,
+            distances: BetweenMinima::new(energy.space(), mapped),
+            minima: start.minima,
+            settled: start.settled,
+            tried: start.trials.keys().map(|pair| (*pair, 1)).collect(),
+            best: start.best,
+            unlisted_minima: start.unlisted_minima,
+            trials: start.trials,
+            known: None,
+            evaluations: 0,
+        }
+    }
+
+    fn map(mut self, rejected: Vec<NoMinimum>) -> Result<Landscape, JournalError> {
+        self.join_over_ripples()?;
+        self.connect_neighbours()?;
+        self.join_components()?;
+        self.retry_upper_bounds()?;
+        self.replicate()?;
+        self.confirm()?;
+        self.merge_over_ripples();
+        self.join_at_the_ceiling();
+        let (network, settings) = (self.network(), self.settings);
+        let (mut unlisted_minima, _) = distinct(
+            self.energy,
+            &self.unlisted_minima,
+            &settings.sameness,
+            f64::INFINITY,
+        );
+        for stray in &mut unlisted_minima {
+            stray.members.clear();
+        }
+        Ok(Landscape {
+            rejected,
+            unlisted_minima,
+            resampled: resample(&network, &self.trials, settings.resamplings, settings.seed),
+            attempts: attempts(&self.trials),
+            tree: Tree::from_network(&network, Evidence::Chain),
+            groups: Groups::new(&network, &settings.groups),
+            network,
+            connections: self.best.into_values().collect(),
+            evaluations: self.evaluations,
+        })
+    }
+}
+
 impl LandscapeBuilder<'_> {
+    /// Whether an earlier map has dealt with this pair.
+    fn is_settled(&self, (i, j): (usize, usize)) -> bool {
+        self.settled[i] && self.settled[j]
+    }
+
     fn roughness(&self) -> f64 {
         self.settings.path.roughness
     }
@@ -129,14 +175,14 @@ impl LandscapeBuilder<'_> {
         }
     }
 
-    /// The pairs that decide the tree of whole basins.
+    /// The pairs that decide the tree of whole basins, without those of an earlier map.
     fn decisive(&self, network: &Network) -> Vec<(usize, usize)> {
         let basins = self.basins();
         spanning_forest(network, Evidence::Chain)
             .into_iter()
             .filter_map(|edge| network.edge_endpoints(edge))
             .map(|(a, b)| (a.index().min(b.index()), a.index().max(b.index())))
-            .filter(|(a, b)| basins[*a] != basins[*b])
+            .filter(|(a, b)| basins[*a] != basins[*b] && !self.is_settled((*a, *b)))
             .collect()
     }
 
@@ -155,11 +201,12 @@ impl LandscapeBuilder<'_> {
     /// Connects near pairs, except those that known passes already join at the energy of the higher minimum.
     fn connect_neighbours(&mut self) -> Result<(), JournalError> {
         let settings = self.settings;
-        let pairs = if self.roughness() > 0.0 {
+        let mut pairs = if self.roughness() > 0.0 {
             between(&self.distances, &self.basins(), settings.neighbours)
         } else {
             candidates(&self.distances, settings.neighbours)
         };
+        pairs.retain(|pair| !self.is_settled(*pair));
         let tally = self.run.tally(Phase::Connect, pairs.len());
         let mut known = Tree::from_network(&self.network(), Evidence::Path);
         for batch in growing(&pairs, settings.batch) {
@@ -185,7 +232,7 @@ impl LandscapeBuilder<'_> {
         for _ in 0..self.settings.join_rounds {
             let component = self.components();
             let pairs = bridges(&self.distances, &component, &|pair| {
-                self.tried.contains_key(&pair)
+                self.tried.contains_key(&pair) || self.is_settled(pair)
             });
             if pairs.is_empty() {
                 break;
@@ -222,6 +269,7 @@ impl LandscapeBuilder<'_> {
             .filter(|edge| network[*edge].evidence > Evidence::Path)
             .filter_map(|edge| network.edge_endpoints(edge))
             .map(|(a, b)| (a.index(), b.index()))
+            .filter(|pair| !self.is_settled(*pair))
             .collect()
     }
 

@@ -16,7 +16,8 @@ impl LandscapeBuilder<'_> {
         if self.roughness() <= 0.0 {
             return Ok(());
         }
-        let pairs = candidates(&self.distances, settings.neighbours);
+        let mut pairs = candidates(&self.distances, settings.neighbours);
+        pairs.retain(|pair| !self.is_settled(*pair));
         let tally = self.run.tally(Phase::Connect, pairs.len());
         for batch in growing(&pairs, settings.batch) {
             let known = Tree::from_network(&self.network(), Evidence::Path);

@@ -65,6 +65,7 @@ impl Exploration {
             connections,
             rejected: Vec::new(),
             unlisted_minima: Vec::new(),
+            attempts: Vec::new(),
             resampled: Vec::new(),
             evaluations: self.evaluations,
         }

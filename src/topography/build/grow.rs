@@ -1,0 +1,134 @@
+//! Adds minima to a finished map.
+
+use super::rest::{at_rest, by_energy};
+use super::{Charted, LandscapeBuilder};
+use crate::energy::Energy;
+use crate::optimize::{Quench, StopReason};
+use crate::sample::Kernel;
+use crate::topography::barrier::Connection;
+use crate::topography::journal::{JournalError, Run};
+use crate::topography::landscape::Landscape;
+use crate::topography::minima::MatchTolerance;
+use crate::topography::network::{Minimum, MinimumId};
+use crate::topography::support::Attempt;
+
+use super::MapSettings;
+
+/// Maps the surface between the minima of `earlier` and `minima`, and does only what is new.
+///
+/// A minimum that `earlier` has gets the members of its new copy. All others are connected as in
+/// [`build_landscape`](super::build_landscape); pairs of two minima of `earlier` are left as they are. Members count the
+/// input points of both.
+///
+/// With k nearest neighbours, a near pair of two earlier minima was a near pair before, and new connections never raise a
+/// barrier, so no pair is missed. The map differs from one made at once in three ways: chains have other random streams,
+/// because minima have other numbers; pairs that new minima would have pushed out of the k nearest are kept; and minima that
+/// only ripples divide are known by the lowest of them alone.
+///
+/// The settings should be those of `earlier`, and its minima are taken as they are: the energy must be the same.
+/// [`Landscape::evaluations`] counts what was spent on the new connections.
+///
+/// # Errors
+/// If the journal of `run` cannot store a record.
+pub fn grow_landscape(
+    energy: &dyn Energy,
+    kernel: &dyn Kernel,
+    earlier: &Landscape,
+    minima: Vec<Minimum>,
+    settings: &MapSettings,
+    run: &Run<'_>,
+) -> Result<Landscape, JournalError> {
+    let (minima, rejected) = at_rest(energy, minima, &settings.sameness);
+    let start = Charted::onto(energy, earlier, minima, &settings.sameness);
+    let mapped = start.minima.clone();
+    LandscapeBuilder::new((energy, kernel), &mapped, start, settings, run).map(rejected)
+}
+
+impl Charted {
+    /// All that `earlier` knows, and `minima`.
+    fn onto(
+        energy: &dyn Energy,
+        earlier: &Landscape,
+        minima: Vec<Minimum>,
+        sameness: &MatchTolerance,
+    ) -> Self {
+        let space = energy.space();
+        let mut all: Vec<(Minimum, Option<usize>)> = (earlier.network.node_weights().cloned())
+            .enumerate()
+            .map(|(number, minimum)| (minimum, Some(number)))
+            .collect();
+        let known = all.len();
+        for minimum in minima {
+            let (x, height) = (&minimum.coordinates, minimum.energy);
+            // The earlier minima are sorted by energy.
+            let first = all[..known].partition_point(|(m, _)| m.energy < height - sameness.energy);
+            let mut near = all[first..known].iter_mut();
+            if let Some((same, _)) = near.find(|(m, _)| sameness.holds(space, x, height, m)) {
+                same.members.extend(minimum.members);
+                same.members.sort_unstable();
+                same.members.dedup();
+            } else {
+                all.push((minimum, None));
+            }
+        }
+        all.sort_by(|(a, _), (b, _)| by_energy(a, b));
+        let mut number = vec![0; known];
+        for (new, (_, old)) in all.iter().enumerate() {
+            if let Some(old) = old {
+                number[*old] = new;
+            }
+        }
+        let renumbered = |id: &mut MinimumId| id.0 = number[id.0];
+        let (settled, minima) = (all.into_iter())
+            .map(|(minimum, old)| (old.is_some(), minimum))
+            .unzip();
+        let mut start = Self {
+            settled,
+            ..Self::new(minima)
+        };
+        for connection in &earlier.connections {
+            if by_definition(connection) {
+                continue;
+            }
+            let mut connection = connection.clone();
+            renumbered(&mut connection.from);
+            renumbered(&mut connection.to);
+            let pair = (connection.from.0, connection.to.0);
+            start.best.insert(pair, connection);
+        }
+        for attempt in &earlier.attempts {
+            let Attempt { from, to, .. } = attempt;
+            let mut attempt = attempt.clone();
+            for (a, b, _) in &mut attempt.found {
+                renumbered(a);
+                renumbered(b);
+            }
+            let pair = (number[from.0], number[to.0]);
+            start.trials.entry(pair).or_default().add_attempt(&attempt);
+        }
+        let stray = |minimum: &Minimum| Quench {
+            x: minimum.coordinates.clone(),
+            energy: minimum.energy,
+            gradient_norm: 0.0,
+            evaluations: 0,
+            stop: StopReason::Converged,
+        };
+        let listed = |stray: &&Minimum| {
+            let (x, height) = (&stray.coordinates, stray.energy);
+            let mut all = start.minima.iter();
+            all.any(|minimum| sameness.holds(space, x, height, minimum))
+        };
+        let strays = earlier.unlisted_minima.iter();
+        let strays: Vec<_> = strays
+            .filter(|minimum| !listed(minimum))
+            .map(stray)
+            .collect();
+        start.unlisted_minima = strays;
+        start
+    }
+}
+
+/// Whether a connection was not found but set at the ceiling; see [`MapSettings::ceiling`].
+fn by_definition(connection: &Connection) -> bool {
+    connection.edge.height.is_finite() && connection.path.images.is_empty()
+}

@@ -1,0 +1,178 @@
+//! `landscape build --onto`: grasps are added to a finished landscape.
+
+use std::fs;
+use std::path::Path;
+
+use landscape::store::{GraspFile, LandscapeFiles, Overrides};
+
+use crate::desk::{Desk, assert_says};
+use crate::{contents, landscape};
+
+const OLD: &str = "build g.parquet --first 3 --no-report -q -o old.landscape";
+const GROWN: &str = "build g.parquet --onto old.landscape --no-report -q -o new.landscape";
+
+/// A landscape of the first three of six grasps.
+fn desk() -> Desk {
+    let desk = Desk::with_grasps();
+    desk.succeed(OLD);
+    desk
+}
+
+fn grasps(path: &Path) -> GraspFile {
+    GraspFile::read(path, Overrides::default()).unwrap().0
+}
+
+fn members(folder: &Path) -> Vec<u64> {
+    let minima = LandscapeFiles::read(folder).unwrap().minima;
+    let mut members: Vec<u64> = minima.iter().flat_map(|m| m.members.clone()).collect();
+    members.sort_unstable();
+    members
+}
+
+#[test]
+fn a_landscape_grows_and_keeps_what_it_knew() {
+    let desk = desk();
+    let said = desk.succeed(GROWN);
+    assert!(said.is_empty(), "{said}");
+    let (old, new) = (desk.path("old.landscape"), desk.path("new.landscape"));
+    let all = grasps(&desk.path("g.parquet"));
+    let held = grasps(&new.join("grasps.parquet"));
+    assert_eq!(held.grasps, all.grasps, "the landscape holds its grasps");
+    assert_eq!(members(&new), [0, 1, 2, 3, 4, 5]);
+    let [before, after] = [&old, &new].map(|folder| LandscapeFiles::read(folder).unwrap());
+    let onto = after.manifest.onto.as_ref().unwrap();
+    assert_eq!(onto.name, "old.landscape");
+    assert_eq!(
+        onto.content_hash,
+        LandscapeFiles::content_hash(&old).unwrap()
+    );
+    assert_eq!(
+        after.manifest.settings["chain"],
+        before.manifest.settings["chain"]
+    );
+    assert!(after.manifest.counts.evaluations > before.manifest.counts.evaluations);
+    let energies = |files: &LandscapeFiles| -> Vec<u64> {
+        files.minima.iter().map(|m| m.energy.to_bits()).collect()
+    };
+    let known = energies(&after);
+    for energy in energies(&before) {
+        assert!(known.contains(&energy), "the old minima are in the new map");
+    }
+    let summary = fs::read_to_string(new.join("summary.md")).unwrap();
+    assert_says(
+        &summary,
+        &[
+            "grown from old.landscape (3 grasps in ",
+            ": 3 grasps added, ",
+            "3 grasps of the file were in the landscape already",
+            "build g.parquet --onto old.landscape",
+        ],
+    );
+    // The grasps in the folder are a file of grasps: their landscape can be built at once.
+    desk.succeed("build new.landscape/grasps.parquet --no-report -q -o at_once.landscape");
+    let at_once = LandscapeFiles::read(&desk.path("at_once.landscape")).unwrap();
+    assert_eq!(at_once.minima.len(), after.minima.len());
+}
+
+#[test]
+fn growing_gives_the_same_bytes_on_any_threads_and_after_a_kill() {
+    let desk = desk();
+    let promised = |name: &str| {
+        let mut files = contents(&desk.path(name));
+        files.retain(|path, _| !path.ends_with("timings.json"));
+        files.into_values().collect::<Vec<_>>()
+    };
+    desk.succeed(&format!("{GROWN} --threads 1"));
+    let once = promised("new.landscape");
+    fs::remove_dir_all(desk.path("new.landscape")).unwrap();
+    desk.interrupt(GROWN, "new.landscape.partial/journal", 2);
+    desk.succeed(&format!("{GROWN} --resume --threads 2"));
+    assert_eq!(promised("new.landscape"), once);
+    desk.succeed("build g.parquet --onto old.landscape --worker 1/2 -q -o shared.landscape");
+    desk.succeed("build g.parquet --onto old.landscape --no-report -q -o shared.landscape");
+    assert_eq!(promised("shared.landscape"), once);
+}
+
+#[test]
+fn ids_that_are_taken_are_replaced() {
+    let desk = desk();
+    let mut file = grasps(&desk.path("g.parquet"));
+    file.grasps.drain(..3);
+    for (id, row) in file.grasps.iter_mut().enumerate() {
+        row.id = [1, 8, 2][id];
+    }
+    file.write(&desk.path("more.parquet")).unwrap();
+    desk.succeed("build more.parquet --onto old.landscape --no-report -q");
+    let new = desk.path("more.landscape");
+    assert_eq!(members(&new), [0, 1, 2, 8, 9, 10]);
+    let held = grasps(&new.join("grasps.parquet"));
+    let pose = |id: u64| {
+        let row = held.grasps.iter().find(|row| row.id == id).unwrap();
+        row.grasp.pose.clone()
+    };
+    assert_eq!(pose(9), file.grasps[0].grasp.pose);
+    assert_eq!(pose(8), file.grasps[1].grasp.pose);
+    let summary = fs::read_to_string(new.join("summary.md")).unwrap();
+    assert_says(
+        &summary,
+        &["2 grasps of the file have new ids in grasps.parquet"],
+    );
+}
+
+#[test]
+fn what_cannot_grow_is_refused_in_one_sentence() {
+    let desk = desk();
+    let refused = |line: &str, words: &[&str]| assert_says(&desk.early_mistake(line), words);
+    refused(
+        "build g.parquet --first 3 --onto old.landscape -o new.landscape",
+        &["old.landscape holds all these grasps already"],
+    );
+    refused(
+        "build g.parquet --onto old.landscape -o old.landscape",
+        &["old.landscape"],
+    );
+    refused(
+        "build g.parquet --onto g.parquet",
+        &["is a file, but a landscape is a folder"],
+    );
+    refused("build g.parquet --onto nowhere", &["nowhere"]);
+    refused(
+        "build g.parquet --onto old.landscape --neighbours 3",
+        &["'--onto <LANDSCAPE>' cannot be used with '--neighbours <K>'"],
+    );
+    desk.succeed(
+        "synth --object can -n 2 --preset four_points --steps 40 --keep all --drop 0 -q -o can.parquet",
+    );
+    refused(
+        "build can.parquet --onto old.landscape",
+        &[
+            "can.parquet",
+            "no grasp is of the same hand, object and size as old.landscape",
+            "`ball`",
+        ],
+    );
+    desk.succeed("synth --object ball -n 2 --steps 40 --keep all --drop 0 -q -o closed.parquet");
+    refused(
+        "build closed.parquet --onto old.landscape",
+        &["old.landscape is a landscape of another energy"],
+    );
+    desk.succeed("surface muller-brown -q -o surface.landscape");
+    refused(
+        "build g.parquet --onto surface.landscape",
+        &["surface.landscape is not a landscape of grasps"],
+    );
+    desk.succeed("build g.parquet --first 3 --sequential --no-report -q -o order.landscape");
+    refused(
+        "build g.parquet --onto order.landscape",
+        &["order.landscape was made by sequential ADELM"],
+    );
+    // A landscape of an earlier version has no grasps.
+    let old = landscape();
+    let bare = desk.path("bare.landscape");
+    fs::create_dir(&bare).unwrap();
+    for (path, bytes) in contents(&old.path("g.landscape")) {
+        fs::write(bare.join(path.file_name().unwrap()), bytes).unwrap();
+    }
+    fs::remove_file(bare.join("grasps.parquet")).unwrap();
+    refused("build g.parquet --onto bare.landscape", &["grasps.parquet"]);
+}
