@@ -58,7 +58,7 @@ pub(super) struct Build {
     sequential: bool,
     /// Add the grasps to this finished landscape, with its settings, and do only what is new. Grasps that it holds already are
     /// skipped. Without --output a new folder is named after the file; the old landscape stays as it is.
-    #[arg(long, value_name = "LANDSCAPE", value_hint = clap::ValueHint::DirPath, conflicts_with_all = [
+    #[arg(long, value_name = "LANDSCAPE", value_hint = clap::ValueHint::AnyPath, conflicts_with_all = [
         "neighbours", "temperature", "pull", "diagram", "paths", "config", "sequential", "seed",
     ])]
     onto: Option<PathBuf>,

@@ -2,6 +2,7 @@
 #![cfg(unix)]
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsStr;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -15,7 +16,7 @@ use crate::desk::Desk;
 use crate::{PATIENT, contents, grasps, landscape};
 
 /// Runs of every verb that records its command. Together they use all its flags. `@` stands for the folder of the inputs.
-const RUNS: [(&str, &[&str]); 17] = [
+const RUNS: [(&str, &[&str]); 18] = [
     (
         "synth",
         &[
@@ -105,6 +106,7 @@ const RUNS: [(&str, &[&str]); 17] = [
             "ball",
         ],
     ),
+    ("build", &["@/-g.parquet", "--onto", "@/it's old"]),
     (
         "build",
         &[
@@ -337,9 +339,13 @@ fn inputs() -> &'static Desk {
         desk.succeed("export held.parquet csv -q -o t.csv");
         desk.succeed("export held.parquet dexgraspnet -q -o a.npy");
         fs::rename(desk.path("a.npy"), desk.path("my arrays/a.npy")).unwrap();
-        for name in ["min.data", "ts.data"] {
-            let from = landscape().path("g.landscape").join(name);
-            fs::copy(from, desk.path("my data").join(name)).unwrap();
+        fs::create_dir(desk.path("it's old")).unwrap();
+        for (path, bytes) in contents(&landscape().path("g.landscape")) {
+            let name = path.file_name().unwrap();
+            if ["min.data", "ts.data"].map(OsStr::new).contains(&name) {
+                fs::write(desk.path("my data").join(name), &bytes).unwrap();
+            }
+            fs::write(desk.path("it's old").join(name), bytes).unwrap();
         }
         desk
     })

@@ -198,6 +198,14 @@ class Landscape:
         return Tree(self._native, self.folder)
 
     @property
+    def grasps(self) -> Grasps | None:
+        """The grasps that were mapped, whose ids are the ``members`` of minima; ``None`` for a landscape of a surface."""
+        from ._grasps import Grasps
+
+        file = self.folder / "grasps.parquet"
+        return Grasps.read(file) if file.is_file() else None
+
+    @property
     def groups(self) -> NDArray[np.int64]:
         """The group of each minimum, shape (n,): minima that are joined below the group barrier."""
         groups: NDArray[np.int64] = self.minima["group"]
@@ -414,6 +422,7 @@ def build(
     only_stable: bool = False,
     first: int | None = None,
     seed: int = 0,
+    onto: Landscape | StrPath | None = None,
     report: bool = False,
     progress: bool | None = None,
 ) -> Landscape:
@@ -430,6 +439,8 @@ def build(
         As the flags of ``landscape build``.
     seed
         Seed of all random draws. The result depends on nothing else.
+    onto
+        A finished landscape to which the grasps are added, with its settings; only what is new is done.
     report
         Whether to write ``report.html`` into the folder.
     progress
@@ -449,7 +460,8 @@ def build(
     given = flags(
         neighbours=neighbours, temperature=temperature, pull=pull, diagram=diagram,
         paths=None if paths == "string" else paths, sequential=sequential, group_barrier=group_barrier,
-        only_stable=only_stable, first=first, seed=seed or None, no_report=not report,
+        only_stable=only_stable, first=first, seed=seed or None, onto=None if onto is None else _folder(onto),
+        no_report=not report,
     )
     command("build", grasps._file(), *given, "--quiet", "--output", target, progress=progress)
     return Landscape(target, _keeps=keeps)
