@@ -191,6 +191,12 @@ fn tell(journal: &WorkersJournal, path: &Path, quiet: bool) {
             journal.len()
         ));
     }
+    if !journal.has_lock() {
+        complain(&format!(
+            "warning: the file system of {path} has no locks: do not start the same command a second time while it runs, or give \
+             each process a number (--worker)"
+        ));
+    }
     if journal.dropped_bytes() > 0 {
         complain(&format!(
             "warning: the last {} bytes of {path} are torn or damaged: the tasks in them are done again",

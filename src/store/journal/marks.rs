@@ -1,13 +1,14 @@
 //! Marks in the journals of workers: who writes the journal, what it works at, and that it lives.
 
 use std::collections::BTreeSet;
-use std::fs::{File, TryLockError};
+use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant, SystemTime};
 
 use serde::{Deserialize, Serialize};
 
+use super::locks::{self, Lock};
 use super::record::{Found, Head, MARK, is_mark, records, split_head};
 use super::workers::Worker;
 use crate::store::error::StoreError;
@@ -247,18 +248,32 @@ impl Tail {
         }
     }
 
-    /// Whether the process still works: by its lock if it runs under this kernel, and else by whether its journal grows.
+    /// Whether the process still works: by its lock if it runs under this kernel and the file system has locks, and else by
+    /// whether its journal grows.
     pub(super) fn is_at_work(&self) -> bool {
-        let Some(life) = &self.life else {
-            // The journal of a run without workers; or one whose first mark is not written yet.
-            return is_locked(&self.path);
-        };
-        if self.ended {
-            false
-        } else if !life.kernel.is_empty() && life.kernel == kernel() {
-            is_locked(&self.path)
-        } else {
-            self.grown_at.elapsed() < PATIENCE
+        !self.ended
+            && self
+                .lock()
+                .unwrap_or_else(|| self.grown_at.elapsed() < PATIENCE)
+    }
+
+    /// Whether a lock shows that the process works under this kernel.
+    pub(super) fn is_held(&self) -> bool {
+        self.lock() == Some(true)
+    }
+
+    /// Whether the lock of the journal is held; `None` if this cannot be seen from here.
+    fn lock(&self) -> Option<bool> {
+        // The journal of a run without workers has no life, nor has one whose first mark is not written yet.
+        if let Some(life) = &self.life
+            && (life.kernel.is_empty() || life.kernel != kernel())
+        {
+            return None;
+        }
+        match locks::of(&self.path) {
+            Lock::Held => Some(true),
+            Lock::Free => Some(false),
+            Lock::Unknown => None,
         }
     }
 
@@ -278,12 +293,4 @@ impl Tail {
         let found = records(&bytes, 0).next();
         Ok(found.map(|found| found.payload.to_vec()))
     }
-}
-
-/// Whether a running process holds the lock of a journal.
-pub(super) fn is_locked(path: &Path) -> bool {
-    let Ok(file) = File::open(path) else {
-        return false;
-    };
-    matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock))
 }

@@ -4,6 +4,7 @@
 //! opened again, and its task is done once more. Records may be in any order, because the result of a run depends only on
 //! the set of finished tasks.
 
+mod locks;
 mod marks;
 mod record;
 mod status;
@@ -12,7 +13,7 @@ mod workers;
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::fmt;
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
@@ -20,6 +21,7 @@ use std::time::{Duration, Instant};
 
 use super::error::StoreError;
 use crate::topography;
+use locks::Lock;
 use record::{Head, head, is_mark, record, records, split_head};
 pub use status::{RunStatus, StageStatus, WorkerState, WorkerStatus};
 pub use workers::{Worker, WorkersJournal};
@@ -33,6 +35,7 @@ const SYNC_TIME: Duration = Duration::from_secs(5);
 pub struct Journal {
     path: PathBuf,
     dropped_bytes: u64,
+    has_lock: bool,
     inner: Mutex<Inner>,
 }
 
@@ -52,7 +55,8 @@ impl Journal {
     /// [`content_hash`](super::content_hash) of input and settings). With `fresh`, existing content is discarded.
     ///
     /// # Errors
-    /// If the journal was made with another fingerprint, is not a journal, is in use, or cannot be written.
+    /// If the journal was made with another fingerprint, is not a journal, is in use, or cannot be written. On a file system
+    /// without locks ([`Journal::has_lock`]) nothing tells that it is in use.
     pub fn open(path: &Path, fingerprint: &str, fresh: bool) -> Result<Self, StoreError> {
         let mut file = OpenOptions::new()
             .read(true)
@@ -61,14 +65,10 @@ impl Journal {
             .truncate(false)
             .open(path)
             .map_err(StoreError::io("open", path))?;
-        file.try_lock().map_err(|error| match error {
-            TryLockError::WouldBlock => StoreError::InUse(path.to_path_buf()),
-            TryLockError::Error(source) => StoreError::Io {
-                action: "lock",
-                path: path.to_path_buf(),
-                source,
-            },
-        })?;
+        let lock = locks::take(&file).map_err(StoreError::io("lock", path))?;
+        if lock == Lock::Held {
+            return Err(StoreError::InUse(path.to_path_buf()));
+        }
         let mut bytes = Vec::new();
         if !fresh {
             file.read_to_end(&mut bytes)
@@ -107,8 +107,14 @@ impl Journal {
         Ok(Self {
             path: path.to_path_buf(),
             dropped_bytes,
+            has_lock: lock == Lock::Free,
             inner: Mutex::new(inner),
         })
+    }
+
+    /// Whether a lock keeps other processes away; false on a file system without locks.
+    pub fn has_lock(&self) -> bool {
+        self.has_lock
     }
 
     /// Payload of a finished task.

@@ -18,6 +18,7 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use super::Journal;
+use super::locks::{self, Lock};
 use super::marks::{HEARTBEAT, Life, Mark, PATIENCE, Place, Tail, kernel, now};
 use crate::store::error::StoreError;
 use crate::store::machine::Machine;
@@ -91,15 +92,17 @@ impl WorkersJournal {
     ) -> Result<Self, StoreError> {
         let folder = Self::folder(output);
         std::fs::create_dir_all(&folder).map_err(StoreError::io("create", &folder))?;
-        let path = folder.join(journal_name(worker));
+        let locks = locks::are_in(&folder).map_err(StoreError::io("lock files in", &folder))?;
+        // Without locks a second process with this number may be at work, so each has a journal of its own.
+        let process = (!locks).then(std::process::id);
+        let path = folder.join(journal_name(worker, process));
         let own = Arc::new(open_patiently(&path, fingerprint)?);
         let mut others = Others::default();
         if plain.is_file() {
-            let tail = Tail::new(plain.to_path_buf());
-            if tail.is_at_work() {
+            if locks::of(plain) == Lock::Held {
                 return Err(StoreError::InUse(plain.to_path_buf()));
             }
-            others.tails.push(tail);
+            others.tails.push(Tail::new(plain.to_path_buf()));
         }
         put_mark(&own, &Mark::Life(Life::begins(Some(worker))))?;
         let journal = Self {
@@ -143,9 +146,7 @@ impl WorkersJournal {
                 break;
             };
             let worker = tail.life.as_ref().and_then(|life| life.worker);
-            let elsewhere = (tail.life.as_ref())
-                .filter(|life| life.kernel.is_empty() || life.kernel != kernel());
-            if elsewhere.is_none() || begun.elapsed() > PATIENCE + HEARTBEAT {
+            if tail.is_held() || begun.elapsed() > PATIENCE + HEARTBEAT {
                 return Err(StoreError::WorkerAtWork {
                     path: tail.path.clone(),
                     host: tail
@@ -194,6 +195,11 @@ impl WorkersJournal {
     /// Number of journals of others.
     pub fn journals_of_others(&self) -> usize {
         self.others().tails.len()
+    }
+
+    /// Whether a lock keeps other processes from the own journal; see [`Journal::has_lock`].
+    pub fn has_lock(&self) -> bool {
+        self.own.has_lock()
     }
 
     /// Number of bytes of a torn record that were dropped when the own journal was opened.
@@ -485,9 +491,10 @@ fn put_mark(journal: &Journal, mark: &Mark) -> Result<(), StoreError> {
 }
 
 /// Name of a worker's journal. It is another on each machine, because the lock of a file may not be seen by all of them.
-fn journal_name(Worker { number, count }: Worker) -> String {
+fn journal_name(Worker { number, count }: Worker, process: Option<u32>) -> String {
     let kernel: String = kernel().chars().take(8).collect();
-    format!("{number}-of-{count}-{kernel}.journal")
+    let process = process.map_or_else(String::new, |process| format!("-{process}"));
+    format!("{number}-of-{count}-{kernel}{process}.journal")
 }
 
 /// Opens a journal; another process may hold its lock for a moment to see whether it is held.
