@@ -10,6 +10,7 @@ root=$(cd "$(dirname "$0")/../.." && pwd)
 program=${LANDSCAPE:-$root/target/release/landscape}
 work=$(mktemp -d)
 cleanup() {
+    cd /
     umount -q "$work/small" || true
     rm -rf "$work"
 }

@@ -110,7 +110,8 @@ impl RunStatus {
         let workers: Vec<WorkerStatus> = tails.iter().filter_map(WorkerStatus::of).collect();
         let at_work = |status: &&WorkerStatus| status.state == WorkerState::AtWork;
         let rate = |status: &WorkerStatus| status.finished_tasks as f64 / status.seconds.max(1.0);
-        let tasks_per_second = workers.iter().filter(at_work).map(rate).sum();
+        // The sum of no numbers is -0.
+        let tasks_per_second = workers.iter().filter(at_work).map(rate).sum::<f64>() + 0.0;
         let stage = stage(&tails);
         let left = stage.as_ref().map(|stage| stage.tasks - stage.finished);
         Ok(Some(Self {
