@@ -3,7 +3,7 @@
 #
 #   cargo build --release && bash tests/schedulers/processors.sh
 #
-# Takes about half an hour: emulation is some thirty times slower. The kinds are Nehalem (neither AVX nor FMA), Haswell (AVX2
+# Takes about an hour of CPU: emulation is some thirty times slower. The kinds are Nehalem (neither AVX nor FMA), Haswell (AVX2
 # and FMA) and this machine, once with the variants of glibc for old processors.
 set -eu
 root=$(cd "$(dirname "$0")/../.." && pwd)
