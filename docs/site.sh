@@ -8,9 +8,19 @@ book=target/book
 rm -rf "$book" target/site
 mkdir -p "$book/pages"
 git ls-files -z -- . ':!tests' ':!Cargo.lock' | tar --null -T - -cf - | tar -xf - -C "$book/pages"
-cp docs/book.toml "$book"
-# The summary lists pages as seen from docs; mdBook wants them from the top of the copy.
-sed -E -e 's#\]\(\.\./#](#; t' -e 's#\]\(#](docs/#' docs/SUMMARY.md > "$book/pages/SUMMARY.md"
+cp docs/book.toml docs/site.css "$book"
+# The summary lists pages as seen from docs; mdBook wants them from the top of the copy. MdBook makes pages only of what the
+# summary lists, so it is told of the summary itself and of each result, too.
+sed -E -e 's#\]\(\.\./#](#; t' -e 's#\]\(#](docs/#' docs/SUMMARY.md | while IFS= read -r line; do
+  printf '%s\n' "$line"
+  case $line in
+    '[Landscape]'*) printf '[All pages](docs/SUMMARY.md)\n' ;;
+    *'(figures/README.md)')
+      for result in figures/*.md; do
+        [ "$result" = figures/README.md ] || printf '  - [%s](%s)\n' "$(sed -n 's/^# //p' "$result" | head -n 1)" "$result"
+      done ;;
+  esac
+done > "$book/pages/SUMMARY.md"
 mdbook build "$book"
 mv "$book/site" target/site
 echo 'wrote target/site/index.html'

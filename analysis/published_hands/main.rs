@@ -253,7 +253,8 @@ fn text(
         text.push_str("\nRefused, and what is said then:\n");
         let folder = published::folder().unwrap_or_default();
         for (name, error) in refused {
-            let error = error.replace(&*folder.to_string_lossy(), "…");
+            // Tags in the sentence are no tags of the page.
+            let error = (error.replace(&*folder.to_string_lossy(), "…")).replace('<', "\\<");
             let _ = writeln!(text, "- {name}: {error}");
         }
     }

@@ -10,7 +10,7 @@ use super::drawing::{Drawing, Quantities, Titles, Views, not_drawn};
 use super::error::StudyError;
 use super::tables::write_database;
 use crate::figure::leaves_of;
-use crate::printable::printable;
+use crate::printable::{counted, printable};
 use crate::store::{AtomicFolder, Counts, EdgeRow, LandscapeFiles, Manifest, MinimumRow, Source};
 use crate::topography::exchange::{Database, Layout};
 use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree};
@@ -171,16 +171,16 @@ impl<'a> ImportedLandscape<'a> {
     fn summary(&self) -> String {
         let mut text = format!(
             "# {}\n\n- **{} minima** and **{} transition states** in the layout of {}, {} of which join two copies of \
-             one minimum; {} component(s)\n- {} pairs of minima are joined directly\n- {} groups (relative barrier up to \
+             one minimum; {}\n- {} pairs of minima are joined directly\n- {} (relative barrier up to \
              {})\n- transition states are taken at the word of the files: nothing was verified\n",
             self.source.name,
             self.database.minima.len(),
             self.database.transition_states.len(),
             self.layout.name(),
             self.loops(),
-            self.tree.roots.len(),
+            counted(self.tree.roots.len(), "component"),
             self.network.edge_count(),
-            self.groups.members.len(),
+            counted(self.groups.members.len(), "group"),
             Digits::of([self.groups.barrier]).show(self.groups.barrier)
         );
         if let Some(sentence) = not_drawn(self.database.minima.len()) {

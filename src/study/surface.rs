@@ -16,6 +16,7 @@ use super::tables::{Input, Mapped};
 use super::uncertainty::Uncertainty;
 use super::{Digits, json as value, tally};
 use crate::energy::Energy;
+use crate::printable::counted;
 use crate::store::{AtomicFolder, Counts, LandscapeFiles, Manifest, Source, StationaryRow};
 use crate::topography::exchange::{Database, points};
 use crate::topography::{
@@ -408,7 +409,10 @@ impl SurfaceReport<'_> {
         // Pairs far above the lowest minima, which were met by the way, hang in the air.
         let components = match self.lowest {
             Some(_) => String::new(),
-            None => format!("; {} component(s)", self.landscape.tree.roots.len()),
+            None => format!(
+                "; {}",
+                counted(self.landscape.tree.roots.len(), "component")
+            ),
         };
         let degenerate = match self.degenerate().iter().sum() {
             0 => String::new(),

@@ -14,6 +14,7 @@ use super::tables::{Input, Mapped, upper_bounds};
 use super::uncertainty::Uncertainty;
 use super::{Digits, json as value};
 use crate::energy::Energy;
+use crate::printable::counted;
 use crate::sample::Mala;
 use crate::store::{AtomicFolder, Counts, LandscapeFiles, Manifest};
 use crate::topography::exchange::Database;
@@ -224,14 +225,14 @@ impl SurfaceMapReport<'_> {
         let counts = &files.manifest.counts;
         let digits = Digits::of(files.minima.iter().map(|minimum| minimum.energy));
         let mut text = format!(
-            "# {}\n\n- **{} minima** from {} points, {} pairs tried, {} component(s)\n- {} groups (relative barrier up to \
+            "# {}\n\n- **{} minima** from {} points, {} tried, {}\n- {} (relative barrier up to \
              {})\n- {} evaluations of the energy\n",
             self.subject.name,
             counts.minima,
             self.found.starts,
-            counts.pairs,
-            counts.components,
-            counts.groups,
+            counted(files.edges.len(), "pair"),
+            counted(landscape.tree.roots.len(), "component"),
+            counted(landscape.groups.members.len(), "group"),
             digits.show(landscape.groups.barrier),
             counts.evaluations,
         );

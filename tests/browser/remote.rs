@@ -64,9 +64,11 @@ impl Remote {
         more: &[&str],
         before: &str,
     ) -> Self {
-        let profile = desk.path("profile");
-        let _ = fs::remove_dir_all(&profile);
-        fs::create_dir(&profile).unwrap();
+        // Each browser has a folder of its own: helpers of one that has just ended may still write to theirs.
+        let profile = (0..100)
+            .map(|count| desk.path(&format!("profile {count}")))
+            .find(|profile| fs::create_dir(profile).is_ok())
+            .unwrap();
         let mut command = Command::new(browser);
         command.args(["--headless", "--remote-debugging-port=0"]);
         match kind {
