@@ -32,8 +32,8 @@ pub(super) struct Build {
     /// The folder to write; by default the name of the file with the ending `.landscape`.
     #[arg(long, short, value_name = "FOLDER")]
     output: Option<PathBuf>,
-    /// Number of nearest minima to which each minimum is connected, in addition to a minimum spanning tree of distances; 6
-    /// by default. More connections lower some barriers.
+    /// Number of nearest minima to which each minimum is connected, in addition to a minimum spanning tree of distances; 10
+    /// by default, and 6 for the energies of contact points. More connections lower some barriers.
     #[arg(long, value_name = "K")]
     neighbours: Option<usize>,
     /// Temperature T of attraction–diffusion; by default the best of a few that are tried on a dozen pairs.

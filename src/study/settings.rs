@@ -96,7 +96,9 @@ pub(super) fn map_of(energy: &EnergySettings, slope: f64) -> MapSettings {
         settings.ceiling = Some(cost);
         // Straight lines lead to the passes of a smooth surface. Chains are for the pairs that need another way.
         settings.chain.replicas = 0;
+        settings.decisive_replicas = 0;
         settings.chain.temperature = TEMPERATURE * cost;
+        settings.neighbours = 10;
         settings.batch = 16;
         settings.retry_rounds = 2;
         settings.confirm_rounds = 4;
