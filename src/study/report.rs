@@ -256,9 +256,9 @@ impl GraspReport<'_> {
                 self.population.object.name
             ),
             format!(
-                "- **{} minima** in **{} groups** ({})",
+                "- **{} minima** in **{}** ({})",
                 counts.minima,
-                counts.groups,
+                counted(found.landscape.groups.members.len(), "group"),
                 self.rule_of_groups()
             ),
             format!(
