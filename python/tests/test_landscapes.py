@@ -152,3 +152,23 @@ def test_diversity_of_two_sets(grasps, tmp_path):
     assert (tmp_path / "told.md").is_file()
     with pytest.raises(ls.InputError, match="at least 30"):
         ls.diversity(grasps, grasps)
+
+
+def test_a_landscape_grows(grasps, mapped, tmp_path, line):
+    grown = grasps.build(tmp_path / "grown.landscape", onto=mapped)
+    held = grown.grasps
+    assert held is not None and list(held.id) == list(grasps.id)
+    assert np.array_equal(held.poses, grasps.poses)
+    assert grown.manifest["onto"]["name"] == mapped.folder.name
+    assert sorted(np.concatenate(grown.minima["members"])) == sorted(grasps.id)
+    assert set(mapped.minima.energy) <= set(grown.minima.energy)
+    assert ls.explore("muller-brown").grasps is None
+    with pytest.raises(ls.InputError, match="holds all these grasps already"):
+        grasps[:4].build(onto=mapped)
+    # The command line makes the same bytes.
+    grasps.write(tmp_path / "grasps.parquet")
+    mapped.save(tmp_path / mapped.folder.name)
+    words = ("--onto", mapped.folder.name, "--no-report", "-q", "-o", "line.landscape")
+    line("build", "grasps.parquet", *words, cwd=tmp_path)
+    for name in ("minima.parquet", "edges.parquet", "attempts.parquet"):
+        assert (tmp_path / "line.landscape" / name).read_bytes() == (grown.folder / name).read_bytes(), name

@@ -204,6 +204,9 @@ impl EarlierLandscape {
         }
         let mut paths: BTreeMap<(u64, u64), MappedPath> = BTreeMap::new();
         for point in &self.files.paths {
+            if point.coordinates.len() != energy.space().coordinates() {
+                return Err(other());
+            }
             let path = paths.entry((point.a, point.b)).or_default();
             path.images.push(point.coordinates.clone());
             path.energies.push(point.energy);

@@ -19,7 +19,9 @@ use landscape::mesh::Mesh;
 use landscape::object::neural::{Specs, Tensors};
 use landscape::object::{Assembly, Description};
 use landscape::store::exchange::{self, JointColumns, Mapping};
-use landscape::store::{GraspFile, Journal, LandscapeFiles, Overrides, StationaryRow};
+use landscape::store::{
+    GraspFile, Journal, LandscapeFiles, Overrides, StationaryRow, read_attempts,
+};
 use landscape::topography::exchange::Database;
 use landscape::topography::{Evidence, Tree};
 use parquet::arrow::ArrowWriter;
@@ -174,6 +176,11 @@ pub(crate) fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
             vec![landscape("stationary.parquet")],
             |bytes, folder| landscape_with("stationary.parquet", bytes, folder),
         ),
+        (
+            "attempts_parquet",
+            vec![landscape("attempts.parquet")],
+            |bytes, folder| landscape_with("attempts.parquet", bytes, folder),
+        ),
         ("journal", vec![journal()], read_journal),
         ("exchange", vec![text(EXCHANGE)], minima),
     ]
@@ -287,8 +294,9 @@ fn landscape_with(name: &str, bytes: &[u8], folder: &Path) -> Result<(), String>
         }
     }
     fs::write(folder.join(name), bytes).unwrap();
-    told(LandscapeFiles::read(folder))?;
-    told(StationaryRow::read(folder))
+    let files = LandscapeFiles::read(folder).map_err(|error| error.to_string())?;
+    told(StationaryRow::read(folder))?;
+    told(read_attempts(folder, files.minima.len()))
 }
 
 /// Complete records are read, the rest is cut off, and the journal can be continued.

@@ -14,8 +14,9 @@ use landscape::space::Pose;
 use landscape::store::exchange::{QposRow, dexgraspnet_npy, qpos_npy};
 use landscape::store::{
     AtomicFolder, EdgeRow, GraspFile, GraspRow, Journal, LandscapeFiles, MinimumRow, Overrides,
-    PathPoint, StationaryRow,
+    PathPoint, StationaryRow, write_attempts,
 };
+use landscape::topography::{Attempt, MinimumId, Start};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use tempfile::TempDir;
 use zip::CompressionMethod;
@@ -276,6 +277,19 @@ pub(crate) fn landscape_folder() -> &'static Path {
             ..StationaryRow::default()
         };
         StationaryRow::write(&[saddle], &folder).unwrap();
+        let attempt = |start, barrier| Attempt {
+            from: MinimumId(0),
+            to: MinimumId(1),
+            start,
+            barrier,
+            found: vec![(MinimumId(0), MinimumId(1), 0.5)],
+        };
+        let chain = Start::Chain {
+            backward: true,
+            replica: 0,
+        };
+        let attempts = [attempt(chain, Some(0.9)), attempt(Start::Straight, None)];
+        write_attempts(&attempts, &folder).unwrap();
         let path = folder.finish().unwrap();
         for entry in fs::read_dir(&path).unwrap() {
             let file = entry.unwrap().path();
