@@ -1,42 +1,18 @@
 //! A map that grows is the map made at once.
 
-use landscape::optimize::QuenchSettings;
 use landscape::sample::{Mala, Task, stream};
 use landscape::topography::{
-    Landscape, MapSettings, MatchTolerance, Minimum, MinimumId, Run, Tree, build_landscape,
-    distinct, grow_landscape, in_box, quench_all,
+    Landscape, MapSettings, Minimum, Run, build_landscape, grow_landscape,
 };
 
+use crate::pruning::{difference, minima_of};
 use crate::waves::Waves;
 
 /// A random surface of two angles and the minima that random starts fall into.
 fn surface(id: u64) -> (Waves, Vec<Minimum>) {
     let energy = Waves::random(2, 6, 40, &mut stream(9, Task::Surface, id));
-    let half = std::f64::consts::PI;
-    let (low, high) = ([-half; 2], [half; 2]);
-    let draw = in_box(&low, &high);
-    let starts: Vec<Vec<f64>> = (0..300)
-        .map(|start| draw(&mut stream(id, Task::Start, start)))
-        .collect();
-    let settings = QuenchSettings::default().with_gradient_tolerance(1e-9);
-    let found = quench_all(&energy, &starts, &settings, &Run::default()).unwrap();
-    let sameness = MatchTolerance {
-        energy: 1e-7,
-        distance: 1e-4,
-    };
-    let (minima, _) = distinct(&energy, &found, &sameness, 1e-6);
+    let minima = minima_of(&energy, 300, id);
     (energy, minima)
-}
-
-/// Greatest difference between the heights at which two trees join a pair of minima.
-fn difference(a: &Tree, b: &Tree, count: usize) -> f64 {
-    let pairs = (0..count).flat_map(|j| (0..j).map(move |i| (MinimumId(i), MinimumId(j))));
-    pairs
-        .map(|(i, j)| {
-            let heights = [a, b].map(|tree| tree.minimax(i, j).unwrap_or(f64::MAX));
-            (heights[0] - heights[1]).abs()
-        })
-        .fold(0.0, f64::max)
 }
 
 fn members(found: &Landscape) -> Vec<Vec<usize>> {

@@ -13,24 +13,29 @@ use crate::waves::Waves;
 /// A random surface of two angles and the minima that random starts fall into.
 fn surface(id: u64) -> (Waves, Vec<Minimum>) {
     let energy = Waves::random(2, 3, 24, &mut stream(4, Task::Surface, id));
+    let minima = minima_of(&energy, 150, id);
+    (energy, minima)
+}
+
+/// The minima of a surface of two angles that `starts` random starts fall into.
+pub(crate) fn minima_of(energy: &Waves, starts: u64, id: u64) -> Vec<Minimum> {
     let half = std::f64::consts::PI;
     let (low, high) = ([-half; 2], [half; 2]);
     let draw = in_box(&low, &high);
-    let starts: Vec<Vec<f64>> = (0..150)
+    let starts: Vec<Vec<f64>> = (0..starts)
         .map(|start| draw(&mut stream(id, Task::Start, start)))
         .collect();
     let settings = QuenchSettings::default().with_gradient_tolerance(1e-9);
-    let found = quench_all(&energy, &starts, &settings, &Run::default()).unwrap();
+    let found = quench_all(energy, &starts, &settings, &Run::default()).unwrap();
     let sameness = MatchTolerance {
         energy: 1e-7,
         distance: 1e-4,
     };
-    let (minima, _) = distinct(&energy, &found, &sameness, 1e-6);
-    (energy, minima)
+    distinct(energy, &found, &sameness, 1e-6).0
 }
 
 /// Largest difference between the heights at which two trees join a pair of minima.
-fn difference(a: &Tree, b: &Tree, count: usize) -> f64 {
+pub(crate) fn difference(a: &Tree, b: &Tree, count: usize) -> f64 {
     let height = |tree: &Tree, i, j| {
         let height = tree.minimax(MinimumId(i), MinimumId(j));
         height.unwrap_or(f64::MAX)
