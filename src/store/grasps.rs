@@ -50,7 +50,8 @@ use std::path::Path;
 use super::atomic::write_atomic;
 use super::columns::Columns;
 use super::error::{Fault, StoreError, Warning, list};
-use super::metadata::{HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION, Source};
+use super::metadata::{HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION};
+use super::population::Population;
 use super::quaternion::canonical;
 use super::row::{self, Column, columns};
 use super::table::{FLAG, FLOAT, INDICES, Kind, TEXT, Table, VECTOR, WHOLE};
@@ -133,34 +134,6 @@ pub struct Overrides {
     pub hand: Option<HandMetadata>,
     /// The object (`--object`).
     pub object: Option<ObjectMetadata>,
-}
-
-/// The grasps of one landscape: one hand, one object, one scale.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Population<'a> {
-    pub(super) metadata: &'a Metadata,
-    /// The hand.
-    pub hand: &'a HandMetadata,
-    /// The object.
-    pub object: &'a ObjectMetadata,
-    /// The scale.
-    pub scale: f64,
-    /// The grasps, in file order.
-    pub grasps: Vec<&'a GraspRow>,
-}
-
-impl Population<'_> {
-    /// A file of these grasps alone, made by `command` from `inputs`.
-    pub fn to_file(&self, command: &str, inputs: Vec<Source>) -> GraspFile {
-        let mut metadata = self.metadata.clone();
-        metadata.hands = vec![self.hand.clone()];
-        metadata.objects = vec![self.object.clone()];
-        metadata.remade_by(command, inputs);
-        GraspFile {
-            metadata,
-            grasps: self.grasps.iter().map(|row| (*row).clone()).collect(),
-        }
-    }
 }
 
 impl GraspFile {

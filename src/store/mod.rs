@@ -23,6 +23,7 @@ mod landscape;
 mod machine;
 mod metadata;
 mod network;
+mod population;
 mod quaternion;
 mod rebuild;
 mod resampled;
@@ -34,7 +35,7 @@ mod table;
 pub use atomic::{AtomicFolder, FileSet, JOURNAL, write_atomic};
 pub use attempts::{read_attempts, write_attempts};
 pub use error::{Fault, StoreError, Warning};
-pub use grasps::{GraspFile, GraspRow, Overrides, Population};
+pub use grasps::{GraspFile, GraspRow, Overrides};
 pub use journal::{
     Journal, RunStatus, StageStatus, Worker, WorkerState, WorkerStatus, WorkersJournal,
 };
@@ -45,6 +46,7 @@ pub use machine::Machine;
 pub use metadata::{
     HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION, Source, Step, TextFile, content_hash,
 };
+pub use population::Population;
 pub use rebuild::RebuildError;
 pub use resampled::{read_resampled, write_resampled};
 pub use stationary::StationaryRow;

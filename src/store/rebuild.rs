@@ -6,8 +6,9 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use serde_json::Value;
 
-use super::grasps::{GraspFile, GraspRow, Population};
+use super::grasps::{GraspFile, GraspRow};
 use super::metadata::{HandMetadata, Metadata, ObjectMetadata, TextFile, content_hash};
+use super::population::Population;
 use crate::grasp::energy::EnergySettingsError;
 use crate::grasp::{EnergySettings, Grasp, GraspEnergy, Judgement, judge};
 use crate::hand::{Hand, HandError, HandFiles};
