@@ -164,8 +164,15 @@ impl EarlierLandscape {
             return Err(StudyError::NothingNew(self.source.name.clone()));
         }
         let taken: BTreeSet<u64> = earlier.grasps.iter().map(|row| row.id).collect();
-        let ids = new.iter().map(|row| row.id);
-        let mut next = taken.iter().copied().chain(ids).max().unwrap_or(0);
+        let used: BTreeSet<u64> = taken
+            .iter()
+            .copied()
+            .chain(new.iter().map(|row| row.id))
+            .collect();
+        let last = used.last().copied().unwrap_or(0);
+        // A file may use even the greatest number.
+        let ids = (last..=u64::MAX).chain(0..=u64::MAX);
+        let mut free = ids.filter(|id| !used.contains(id));
         let mut joined = JoinedGrasps {
             file: earlier.clone(),
             repeated: population.grasps.len() - new.len(),
@@ -173,9 +180,10 @@ impl EarlierLandscape {
         };
         for row in new {
             let mut row = row.clone();
-            if taken.contains(&row.id) {
-                next += 1;
-                row.id = next;
+            if taken.contains(&row.id)
+                && let Some(id) = free.next()
+            {
+                row.id = id;
                 joined.renumbered += 1;
             }
             joined.file.grasps.push(row);
@@ -215,7 +223,7 @@ impl EarlierLandscape {
         let connections = edges.map(|(row, edge)| {
             let [from, to] = [row.a, row.b].map(minimum_id);
             let path = paths.remove(&(row.a, row.b)).unwrap_or_default();
-            let [forward, backward] = chains(row);
+            let [forward, backward] = chains(row, self.attempts.len());
             let top = path.images.get(path.top());
             Connection {
                 from,
@@ -250,12 +258,13 @@ fn minimum_id(number: u64) -> MinimumId {
     MinimumId(usize::try_from(number).unwrap_or(usize::MAX))
 }
 
-/// The barriers of the chains in each direction. The table does not tell in which direction a chain did not arrive.
-fn chains(row: &EdgeRow) -> [Vec<Option<f64>>; 2] {
+/// The barriers of the chains in each direction. The table does not tell in which direction a chain did not arrive. There
+/// are no more of those than attempts in the whole landscape, whatever the table says.
+fn chains(row: &EdgeRow, attempts: usize) -> [Vec<Option<f64>>; 2] {
     let mut chains = [&row.chains_forward, &row.chains_backward]
         .map(|barriers| barriers.iter().copied().map(Some).collect::<Vec<_>>());
     let runs = usize::try_from(row.chain_runs).unwrap_or(usize::MAX);
     let missing = runs.saturating_sub(chains[0].len() + chains[1].len());
-    chains[0].extend(std::iter::repeat_n(None, missing));
+    chains[0].extend(std::iter::repeat_n(None, missing.min(attempts)));
     chains
 }
