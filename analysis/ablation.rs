@@ -211,7 +211,7 @@ fn height_entropy(energy: &GraspEnergy, strict: &[&Synthesized]) -> Option<f64> 
         counts[above] += 1.0 / DIVERSE as f64;
     }
     let filled = counts.iter().filter(|share| **share > 0.0);
-    Some(-filled.map(|share| share * share.ln()).sum::<f64>())
+    Some(-filled.map(|share| share * libm::log(*share)).sum::<f64>())
 }
 
 fn text(runs: &[Run], keys: &[String], table: &Table) -> String {

@@ -225,7 +225,12 @@ impl Growth {
     fn of(rows: &[&Row]) -> Option<Self> {
         let points: Vec<[f64; 2]> = rows
             .iter()
-            .map(|row| [(row.minima as f64).ln(), (row.evaluations as f64).ln()])
+            .map(|row| {
+                [
+                    libm::log(row.minima as f64),
+                    libm::log(row.evaluations as f64),
+                ]
+            })
             .collect();
         let freedom = points.len().checked_sub(2)?;
         let student = STUDENT.get(freedom.checked_sub(1)?).or(STUDENT.last())?;
@@ -290,10 +295,10 @@ fn report(rows: &[Row]) -> Result<(), Box<dyn Error>> {
                 "\nEvaluations grow as n to the power **{exponent:.2}** ({low:.2} to {high:.2}); all pairs would grow as n²."
             )?;
             write!(label, ": n^{exponent:.2}")?;
-            let fitted = [45.0, 900.0].map(|n: f64| [n, growth.line.at(n.ln()).exp()]);
+            let fitted = [45.0, 900.0].map(|n: f64| [n, libm::exp(growth.line.at(libm::log(n)))]);
             series.push(Series::line(fitted.to_vec()).coloured(colour));
             // The line starts in the middle of the smallest maps.
-            let start = growth.line.at(50_f64.ln()).exp();
+            let start = libm::exp(growth.line.at(libm::log(50_f64)));
             let steep = [50.0, 900.0].map(|n: f64| [n, start * (n / 50.0).powi(2)]);
             let steep = Series::line(steep.to_vec())
                 .coloured(theme::series(8))

@@ -2,8 +2,8 @@
 //!
 //! `cargo run --release --example data_set -- FOLDER` synthesizes 64 chains of each built-in hand on each built-in object into
 //! FOLDER/grasps, surveys them with `landscape survey`, and copies the summary and the pictures to `figures/data_set*`. A second
-//! survey maps the landscapes of the first 30 grasps of the human hand on each object. Everything that is there already is
-//! kept, so that an interrupted run goes on. It takes about two hours on two cores, most of them for the landscapes.
+//! survey maps the landscapes of the first 30 grasps of each hand on each object. Everything that is there already is kept, so
+//! that an interrupted run goes on. It takes about two hours on two cores, most of them for the landscapes.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -38,19 +38,16 @@ fn main() -> Result<(), Failure> {
     }
     let all = folder.join("all.survey");
     run(&["survey", text(&grasps)?, "--no-map", "-o"], &all)?;
-    let human = folder.join("human.survey");
-    let of_human = grasps.join("human");
-    run(
-        &[
-            "survey",
-            text(&of_human)?,
-            "--first",
-            "30",
-            "--no-report",
-            "-o",
-        ],
-        &human,
-    )?;
+    let mapped = folder.join("mapped.survey");
+    let words = [
+        "survey",
+        text(&grasps)?,
+        "--first",
+        "30",
+        "--no-report",
+        "-o",
+    ];
+    run(&words, &mapped)?;
 
     let figures = Path::new(env!("CARGO_MANIFEST_DIR")).join("figures");
     for (from, to) in [
@@ -58,7 +55,7 @@ fn main() -> Result<(), Failure> {
         (all.join("types.png"), "data_set_types.png"),
         (all.join("contacts.png"), "data_set_contacts.png"),
         (all.join("rarefaction.png"), "data_set_rarefaction.png"),
-        (human.join("summary.md"), "data_set_families.md"),
+        (mapped.join("summary.md"), "data_set_families.md"),
     ] {
         fs::copy(from, figures.join(to))?;
     }

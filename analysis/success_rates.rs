@@ -263,7 +263,7 @@ fn checkpoints(steps: u32) -> Vec<u32> {
         clippy::cast_sign_loss,
         reason = "a positive number of steps"
     )]
-    let step = |k: u32| 10f64.powf(f64::from(k) / 6.0).round() as u32;
+    let step = |k: u32| libm::pow(10f64, f64::from(k) / 6.0).round() as u32;
     let mut steps_at: Vec<u32> = (6..54).map(step).take_while(|step| *step < steps).collect();
     steps_at.push(steps);
     steps_at

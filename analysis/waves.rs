@@ -72,7 +72,7 @@ impl Energy for Waves {
         let mut energy = 0.0;
         for wave in &self.waves {
             let phase = wave.vector.iter().zip(x).map(|(k, x)| k * x).sum::<f64>() + wave.phase;
-            let (sine, cosine) = phase.sin_cos();
+            let (sine, cosine) = libm::sincos(phase);
             energy += wave.amplitude * cosine;
             for (slope, k) in gradient.iter_mut().zip(&wave.vector) {
                 *slope -= wave.amplitude * k * sine;

@@ -168,7 +168,7 @@ fn rings_and_troughs_are_not_counted_by_the_point() {
 #[test]
 fn plateaus_are_not_counted_by_the_point() {
     let round = Plane::new(|x: f64, y: f64| {
-        let radius = x.hypot(y).max(1e-9);
+        let radius = libm::hypot(x, y).max(1e-9);
         let s = (radius - 1.0).max(0.0);
         (s * s, [2.0 * s * x / radius, 2.0 * s * y / radius])
     });
@@ -204,7 +204,7 @@ fn a_ring_beside_wells_hides_none_of_them() {
             &self.0
         }
         fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
-            let radius = x[0].hypot(x[1]).max(1e-9);
+            let radius = libm::hypot(x[0], x[1]).max(1e-9);
             let (stretch, well) = (radius - 1.0, x[2] * x[2] - 1.0);
             gradient[0] = 10.0 * stretch * x[0] / radius;
             gradient[1] = 10.0 * stretch * x[1] / radius;
@@ -257,8 +257,8 @@ fn kinks_are_told() {
 #[test]
 fn a_stopped_search_claims_nothing() {
     let surface = InBox::new(&[0.0], &[30.0], |p, gradient| {
-        gradient[0] = p[0].cos();
-        p[0].sin()
+        gradient[0] = libm::cos(p[0]);
+        libm::sin(p[0])
     });
     let (low, high) = surface.region();
     let found = explored(&surface, &low, &high, Some(64));

@@ -40,7 +40,10 @@ fn on_surface(object: &Object, toward: [f64; 3]) -> Vector3<f64> {
 fn the_inside_of_a_bowl_is_one_concavity() {
     let around = |radius: f64, height: f64| {
         [0.3, 2.3, 4.4].map(|angle: f64| {
-            on_surface(&BOWL, [radius * angle.cos(), radius * angle.sin(), height])
+            on_surface(
+                &BOWL,
+                [radius * libm::cos(angle), radius * libm::sin(angle), height],
+            )
         })
     };
     let (inside, outside) = (around(0.05, 0.045), around(0.09, 0.045));

@@ -198,7 +198,7 @@ fn reference_wrenches(
             };
             (0..8)
                 .map(|edge| {
-                    let (sine, cosine) = (TAU * f64::from(edge) / 8.0).sin_cos();
+                    let (sine, cosine) = libm::sincos(TAU * f64::from(edge) / 8.0);
                     moved.wrench_of(&(normal + (first * cosine + second * sine) * 0.5))
                 })
                 .collect()
@@ -298,7 +298,7 @@ fn turning_contacts_does_not_change_closure_and_epsilon() {
 
 /// Smallest margin of the forces inside their cones, as defined for [`contact_forces`].
 fn margin(contacts: &[PointContact], forces: &[Vector3<f64>], friction: f64) -> f64 {
-    let (sine, cosine) = friction.atan().sin_cos();
+    let (sine, cosine) = libm::sincos(libm::atan(friction));
     let inside = |(contact, force): (&PointContact, &Vector3<f64>)| {
         let normal = contact.inward_normal.dot(force);
         let tangential = (force - contact.inward_normal * normal).norm();

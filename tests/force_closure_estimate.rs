@@ -100,7 +100,7 @@ fn half_a_million_sets() {
             );
         }
         // No set lies below the equilateral triangle of its μ₀.
-        let least = 3.0 * low / 1.0_f64.hypot(low);
+        let least = 3.0 * low / libm::hypot(1.0_f64, low);
         assert!(found[0] >= least - 1e-9, "{} below {least}", found[0]);
     }
     // What passes the relaxed test needs little friction; of what friction 0.5 holds it keeps one in twenty-five.

@@ -38,8 +38,8 @@ fn energies() -> Vec<(&'static str, Box<dyn Energy>, Sampler)> {
             "in a box",
             Box::new(InBox::new(&[-1.0, 0.5], &[2.0, 1.0], |x, gradient| {
                 gradient[0] = 2.0 * x[0] * x[1];
-                gradient[1] = x[0] * x[0] + x[1].exp();
-                x[0] * x[0] * x[1] + x[1].exp()
+                gradient[1] = x[0] * x[0] + libm::exp(x[1]);
+                x[0] * x[0] * x[1] + libm::exp(x[1])
             })),
             |rng| uniform(rng, 2, 5.0),
         ),
@@ -70,7 +70,7 @@ fn uniform(rng: &mut Rng, n: usize, half_width: f64) -> Vec<f64> {
 
 /// Atoms in a ball, no two nearer than 0.85.
 fn loose_cluster(rng: &mut Rng, atoms: usize) -> Vec<f64> {
-    let half_width = (atoms as f64).cbrt();
+    let half_width = libm::cbrt(atoms as f64);
     let mut x: Vec<f64> = Vec::new();
     while x.len() < 3 * atoms {
         let atom = uniform(rng, 3, half_width);

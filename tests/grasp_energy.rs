@@ -332,7 +332,7 @@ fn least_contact_energy(energy: &GraspEnergy, x: &[f64], settings: &EnergySettin
             let distance = if square(settings.distance_form) {
                 (d / unit_m).powi(2)
             } else {
-                (d.hypot(r) - r) / unit_m
+                (libm::hypot(d, r) - r) / unit_m
             };
             let agreement = hand.point_normal(&posed, i).dot(&contacts[i].inward_normal);
             let alignment = -settings.alignment_weight * agreement / settings.contacts as f64;
@@ -349,7 +349,7 @@ fn least_contact_energy(energy: &GraspEnergy, x: &[f64], settings: &EnergySettin
             let closure = if square(settings.force_closure_form) {
                 net * net
             } else {
-                net.hypot(rounding) - rounding
+                libm::hypot(net, rounding) - rounding
             };
             let total =
                 set.iter().map(|&i| own[i]).sum::<f64>() + settings.force_closure_weight * closure;
@@ -563,22 +563,27 @@ fn leaving_early_keeps_its_promise() {
     }
 }
 
-/// Turning the hand about the bottle's axis changes nothing but the error of the baked field.
+/// Turning the hand about the bottle's axis changes nothing but the error of the baked field, which matters where points of
+/// the hand are deep in the object.
 #[test]
 fn the_axis_of_the_bottle_does_not_matter() {
     let energy =
         GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::four_points()).unwrap();
     let mut rng = stream(5, Task::Start, 0);
     let mut gradient = vec![0.0; energy.space().tangents()];
-    let x = start_pose(&HAND, &BOTTLE, &mut rng);
     let turn = nalgebra::UnitQuaternion::from_axis_angle(&nalgebra::Vector3::z_axis(), 1.234);
-    let turned = landscape::space::pose_coordinates(
-        &(nalgebra::Isometry3::from_parts(nalgebra::Vector3::zeros().into(), turn)
-            * landscape::space::object_from_hand(&x)),
-        &x[7..],
-    );
-    assert!(energy.space().distance(&x, &turned) < 1e-6);
-    let difference = energy.evaluate(&x, &mut gradient) - energy.evaluate(&turned, &mut gradient);
-    // Every one of 773 points may be off by the field's error, but few penetrate.
-    assert!(difference.abs() < 0.2, "{difference}");
+    let mut equal = 0;
+    for _ in 0..20 {
+        let x = start_pose(&HAND, &BOTTLE, &mut rng);
+        let turned = landscape::space::pose_coordinates(
+            &(nalgebra::Isometry3::from_parts(nalgebra::Vector3::zeros().into(), turn)
+                * landscape::space::object_from_hand(&x)),
+            &x[7..],
+        );
+        assert!(energy.space().distance(&x, &turned) < 1e-6);
+        let [value, there] = [&x, &turned].map(|x| energy.evaluate(x, &mut gradient));
+        assert!((value - there).abs() < 0.1 * value, "{value} {there}");
+        equal += usize::from((value - there).abs() < 1e-12);
+    }
+    assert!(equal > 1, "{equal} poses outside the object");
 }

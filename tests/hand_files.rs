@@ -369,7 +369,7 @@ fn dense_meshes_are_read() {
     for ring in 0..=rings {
         for corner in 0..around {
             let angle = std::f64::consts::TAU * f64::from(corner) / f64::from(around);
-            let (sin, cos) = angle.sin_cos();
+            let (sin, cos) = libm::sincos(angle);
             let height = 60.0 * f64::from(ring) / f64::from(rings);
             let _ = writeln!(text, "v {} {} {height}", 9.0 * cos, 8.0 * sin);
         }

@@ -188,7 +188,10 @@ fn forces_balance(id: &str, file: &Value, report: &Value) {
         assert!((normal - numbers(&found["normal"])[index]).abs() < 1e-12);
         assert!((tangential - numbers(&found["tangential"])[index]).abs() < 1e-12);
     }
-    assert!(push.norm().hypot(torque.norm()) <= 1e-9, "{id}: {report}");
+    assert!(
+        libm::hypot(push.norm(), torque.norm()) <= 1e-9,
+        "{id}: {report}"
+    );
     assert!(
         (sum - 1.0).abs() <= 1e-9,
         "{id}: normal forces sum to {sum}"

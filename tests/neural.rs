@@ -133,7 +133,7 @@ fn standard<T: Real>() -> (Network<T>, Value) {
         let n = shape.iter().product::<usize>();
         let value = |a: usize| {
             let a = a as f64;
-            let w = (0.7 * a + 0.3 * a * a / n as f64 + 1.1 * j as f64).sin();
+            let w = libm::sin(0.7 * a + 0.3 * a * a / n as f64 + 1.1 * j as f64);
             if name.ends_with("weight_g") {
                 1.4 + 0.2 * w
             } else if name.ends_with("bias") {
@@ -151,7 +151,7 @@ fn standard<T: Real>() -> (Network<T>, Value) {
     };
     let specs = Specs::load(file("standard_specs.json")).unwrap();
     let code: Vec<f64> = (0..256)
-        .map(|i| 0.5 * (0.37 * f64::from(i)).sin())
+        .map(|i| 0.5 * libm::sin(0.37 * f64::from(i)))
         .collect();
     let decoder = Decoder::new(specs, &tensors).unwrap();
     (Network::new(&decoder, &code).unwrap(), reference)

@@ -366,7 +366,7 @@ impl Energy for Monkey {
     }
 
     fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
-        let (sine, cosine) = 0.6_f64.sin_cos();
+        let (sine, cosine) = libm::sincos(0.6_f64);
         let (real, imaginary) = (x[0] * x[0] - x[1] * x[1], 2.0 * x[0] * x[1]);
         let square = x[0] * x[0] + x[1] * x[1];
         // The real part of w z³ for z = x + iy and w = e^(−3i/5).

@@ -34,14 +34,14 @@ impl Energy for Wall {
     }
 
     fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
-        let along = 1.0 / (1.0 + ((x[1] - END) / 0.1).exp());
-        let across = 20.0 * (-50.0 * x[0] * x[0]).exp();
+        let along = 1.0 / (1.0 + libm::exp((x[1] - END) / 0.1));
+        let across = 20.0 * libm::exp(-50.0 * x[0] * x[0]);
         let mut energy = across * along;
         gradient[0] = -100.0 * x[0] * energy;
         gradient[1] = -energy * (1.0 - along) / 0.1;
         for (centre, depth) in WELLS {
             let (dx, dy) = (x[0] - centre[0], x[1] - centre[1]);
-            let well = depth * (-12.5 * (dx * dx + dy * dy)).exp();
+            let well = depth * libm::exp(-12.5 * (dx * dx + dy * dy));
             energy -= well;
             gradient[0] += 25.0 * dx * well;
             gradient[1] += 25.0 * dy * well;

@@ -59,8 +59,8 @@ fn ball() -> (Solid, Vector3<f64>, f64) {
         let polar = std::f64::consts::PI * f64::from(ring) / f64::from(RINGS + 1);
         for step in 0..AROUND {
             let angle = std::f64::consts::TAU * f64::from(step) / f64::from(AROUND);
-            let across = Vector3::new(angle.cos(), angle.sin(), 0.0) * polar.sin();
-            points.push(centre + (across - Vector3::z() * polar.cos()) * radius_m);
+            let across = Vector3::new(libm::cos(angle), libm::sin(angle), 0.0) * libm::sin(polar);
+            points.push(centre + (across - Vector3::z() * libm::cos(polar)) * radius_m);
         }
     }
     let top = AROUND * RINGS + 1;

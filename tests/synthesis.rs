@@ -61,7 +61,7 @@ fn attempts_end_with_the_first_grasp() {
     };
     let strict = |end: &Synthesized| judge(&energy, &end.refined).passes_strict();
     let (mut ended_early, mut helped) = (0, 0);
-    for chain in 0..12 {
+    for chain in 0..24 {
         let first = synthesize(&energy, &one, &refine(), 1, chain);
         let best = synthesize(&energy, &four, &refine(), 1, chain);
         assert_eq!((first.chain, best.chain), (chain, chain));
@@ -130,15 +130,21 @@ fn starts_are_even_and_chosen() {
         depth: 0.02,
     };
     let (mut chosen, mut any) = (0.0, 0.0);
+    let mut off_by_m = Vec::new();
     for chain in 0..20 {
         let faced = BOTTLE.surface_samples[usize::try_from(chain).unwrap()];
         for candidates in [1, 50] {
             let (_, seen) = observed(&energy, &settings(candidates), chain);
             let x = &seen[0].1.coordinates;
             let palm = object_from_hand(x) * nalgebra::Point3::from(HAND.palm.centre);
-            // The palm's centre lies 35 mm proximal of the faced point and up to 40 mm off, give or take its tilt.
+            // The palm's centre lies 35 mm proximal of a point that is up to 40 mm off the faced one. The normal tilt decides
+            // how the two lengths add up.
             let off_m = (palm.coords - faced.point).norm();
-            assert!(off_m < 0.06, "chain {chain}: palm {off_m} m from its point");
+            assert!(
+                off_m < 0.075,
+                "chain {chain}: palm {off_m} m from its point"
+            );
+            off_by_m.push(off_m);
             let promise = energy.start_score(x, ramp).0;
             *(if candidates == 1 {
                 &mut any
@@ -148,6 +154,9 @@ fn starts_are_even_and_chosen() {
         }
     }
     assert!(chosen < 0.5 * any, "{chosen} against {any}");
+    // Without tilt, it is at most the root of the sum of the squares, 53 mm.
+    off_by_m.sort_by(f64::total_cmp);
+    assert!(off_by_m[20] < 0.053, "median {} m", off_by_m[20]);
 }
 
 /// The refinement of the authors' code is a walk at temperature 0.001 that never changes the contact set.

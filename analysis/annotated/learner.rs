@@ -33,7 +33,7 @@ fn features(cases: &[&Case]) -> DMatrix<f64> {
             .map(|name| known.get(name).copied().unwrap_or(0.5) - 0.5);
         let held = case.label.held.as_ref();
         let forms = Form::ALL.map(|form| held.map_or(0.0, |held| held.degree(form)));
-        let width = held.map_or(0.0, |held| (held.width_m / 0.04).max(0.05).ln());
+        let width = held.map_or(0.0, |held| libm::log((held.width_m / 0.04).max(0.05)));
         facts.chain(forms).chain([width, 1.0]).collect::<Vec<f64>>()
     });
     let rows: Vec<Vec<f64>> = rows.collect();
@@ -64,7 +64,7 @@ fn probabilities(rows: &DMatrix<f64>, coefficients: &DMatrix<f64>) -> DMatrix<f6
     let mut scores = rows * coefficients;
     for mut row in scores.row_iter_mut() {
         let most = row.max();
-        row.apply(|score| *score = (*score - most).exp());
+        row.apply(|score| *score = libm::exp(*score - most));
         let sum = row.sum();
         row /= sum;
     }

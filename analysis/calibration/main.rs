@@ -128,7 +128,7 @@ fn loss(conditions: &[Condition]) -> f64 {
     let losses = all.filter_map(|outcome| {
         let (score, right) = Level::Type.answered(outcome)?;
         let told = if right { score } else { 1.0 - score };
-        Some(-told.max(1e-6).ln())
+        Some(-libm::log(told.max(1e-6)))
     });
     let losses: Vec<f64> = losses.collect();
     losses.iter().sum::<f64>() / losses.len() as f64

@@ -217,7 +217,7 @@ pub(crate) fn find_contact_points(
 /// A point drawn uniformly from the ball around the centroid that contains the object.
 fn in_ball(object: &Object, rng: &mut Rng) -> [f64; 3] {
     let direction: [f64; 3] = UnitSphere.sample(rng);
-    let radius = object.radius_m * rng.random::<f64>().cbrt();
+    let radius = object.radius_m * libm::cbrt(rng.random::<f64>());
     (object.centroid + Vector3::from(direction) * radius).into()
 }
 
@@ -231,16 +231,16 @@ fn anneal(
     let kernel = Mala::new(energy);
     let mut state = kernel.start(start);
     let mut proposal = State::default();
-    let mut log_step = (FIRST_STEP * radius_m).ln();
+    let mut log_step = libm::log(FIRST_STEP * radius_m);
     let cooling = settings.temperature_end / settings.temperature_start;
     for step in 0..settings.steps {
         let progress = f64::from(step) / f64::from(settings.steps);
         let law = TargetDensity {
-            temperature: settings.temperature_start * cooling.powf(progress),
+            temperature: settings.temperature_start * libm::pow(cooling, progress),
             attraction: None,
         };
-        let ratio = kernel.propose(&state, &law, log_step.exp(), rng, &mut proposal);
-        let accepted = rng.random::<f64>().ln() < ratio;
+        let ratio = kernel.propose(&state, &law, libm::exp(log_step), rng, &mut proposal);
+        let accepted = libm::log(rng.random::<f64>()) < ratio;
         if accepted {
             std::mem::swap(&mut state, &mut proposal);
         }

@@ -4,7 +4,7 @@ use crate::line::Line;
 
 /// t = a log₁₀ n + b, as in the paper.
 pub(crate) fn logarithm(contacts: &[usize], costs: &[f64]) -> Line {
-    line(contacts, costs, f64::log10, |t| t)
+    line(contacts, costs, libm::log10, |t| t)
 }
 
 /// t = a n + b.
@@ -14,7 +14,7 @@ pub(crate) fn proportion(contacts: &[usize], costs: &[f64]) -> Line {
 
 /// log₁₀ t = a log₁₀ n + b: a power law.
 pub(crate) fn power(contacts: &[usize], costs: &[f64]) -> Line {
-    line(contacts, costs, f64::log10, f64::log10)
+    line(contacts, costs, libm::log10, libm::log10)
 }
 
 fn line(contacts: &[usize], costs: &[f64], x: impl Fn(f64) -> f64, y: impl Fn(f64) -> f64) -> Line {

@@ -81,7 +81,7 @@ fn fits(measured: &Measured) -> Panel {
     let curve = |t: &dyn Fn(f64) -> f64| -> Vec<[f64; 2]> {
         (0..=100)
             .map(|step| {
-                let n = 3.0 * (1000.0_f64 / 3.0).powf(f64::from(step) / 100.0);
+                let n = 3.0 * libm::pow(1000.0_f64 / 3.0, f64::from(step) / 100.0);
                 [n, t(n) / MICROSECOND]
             })
             .collect()
@@ -97,7 +97,7 @@ fn fits(measured: &Measured) -> Panel {
         Axis::logarithmic("contacts n"),
         Axis::linear("time (µs)"),
         vec![
-            Series::line(curve(&|n| log.at(n.log10())))
+            Series::line(curve(&|n| log.at(libm::log10(n))))
                 .coloured(theme::series(1))
                 .dashed(),
             Series::line(curve(&|n| straight.at(n))).coloured(theme::series(2)),

@@ -20,7 +20,7 @@ const TARGET_S: f64 = 1.5e-6;
 
 /// The line through the published costs on an RTX 3090, Liu et al. (2021), Fig. 4, seconds.
 pub(crate) fn paper_s(contacts: usize) -> f64 {
-    1e-3 * (0.107 * (contacts as f64).log10() + 1.502)
+    1e-3 * (0.107 * libm::log10(contacts as f64) + 1.502)
 }
 
 pub(crate) fn text(measured: &Measured) -> String {
@@ -137,7 +137,7 @@ fn fits(text: &mut String, measured: &Measured) {
             format!("{:.4}", log.r_squared),
             sum(&line, "n").replace("+ -", "− "),
             format!("{:.6}", line.r_squared),
-            format!("{:.3} n^{:.2}", 10f64.powf(power.offset), power.slope),
+            format!("{:.3} n^{:.2}", libm::pow(10f64, power.offset), power.slope),
             format!("{:.4}", power.r_squared),
         ];
         row(text, name, cells);

@@ -19,7 +19,7 @@ const AFFINE_LIMIT: f64 = 0.5;
 
 /// Least ‖Gc‖ on the sphere at this μ₀: that of the equilateral triangle.
 fn least_net_wrench(friction: f64) -> f64 {
-    3.0 * friction / 1.0_f64.hypot(friction)
+    3.0 * friction / libm::hypot(1.0_f64, friction)
 }
 
 pub(crate) fn draw(sets: &[Set], limit: f64, descents: &Descents) -> Result<Canvas, FigureError> {

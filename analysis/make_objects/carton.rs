@@ -69,7 +69,7 @@ fn places(half: f64) -> Vec<f64> {
     let flat = half - ROUNDING_MM;
     let arc = |step: u32| {
         let share = f64::from(step) / f64::from(ARC_STEPS);
-        flat + ROUNDING_MM * (FRAC_PI_4 * share).tan()
+        flat + ROUNDING_MM * libm::tan(FRAC_PI_4 * share)
     };
     #[expect(
         clippy::cast_possible_truncation,

@@ -93,9 +93,12 @@ impl Section {
         let circle = t * t * (3.0 - 2.0 * t);
         let depth = self.depth + (1.0 - self.depth) * circle;
         let exponent = self.exponent + (2.0 - self.exponent) * circle;
-        let (sin, cos) = angle.sin_cos();
-        let reach =
-            profile.x * (cos.abs().powf(exponent) + sin.abs().powf(exponent)).powf(-1.0 / exponent);
+        let (sin, cos) = libm::sincos(angle);
+        let reach = profile.x
+            * libm::pow(
+                libm::pow(cos.abs(), exponent) + libm::pow(sin.abs(), exponent),
+                -1.0 / exponent,
+            );
         Vector3::new(reach * cos, depth * reach * sin, profile.y)
     }
 }
@@ -103,7 +106,7 @@ impl Section {
 /// Least number of segments with which a ring stays within 0.05 mm of the circle. It is even, so that rings can be
 /// stitched.
 fn segments(radius_mm: f64) -> usize {
-    let sagitta = |count: usize| radius_mm * (1.0 - (PI / count as f64).cos());
+    let sagitta = |count: usize| radius_mm * (1.0 - libm::cos(PI / count as f64));
     [9, 18, 36]
         .into_iter()
         .find(|&count| sagitta(count) <= 0.05)
@@ -124,8 +127,8 @@ fn rounded(corners: &[Corner]) -> Vec<Vector2<f64>> {
     for (index, corner) in corners.iter().enumerate() {
         let [before, here, after] = [ends[index], ends[index + 1], ends[index + 2]];
         let (inward, onward) = ((here - before).normalize(), (after - here).normalize());
-        let turn = inward.perp(&onward).atan2(inward.dot(&onward));
-        let half = (turn / 2.0).tan().abs();
+        let turn = libm::atan2(inward.perp(&onward), inward.dot(&onward));
+        let half = libm::tan(turn / 2.0).abs();
         // An arc may use up half of an edge.
         let room = 0.49 * (here - before).norm().min((after - here).norm());
         let radius = corner[2].min(room / half);
@@ -142,7 +145,7 @@ fn rounded(corners: &[Corner]) -> Vec<Vector2<f64>> {
             .max(turn.abs() * radius / STEP_MM)
             .ceil() as u32;
         for step in 1..=steps {
-            let (sin, cos) = (turn * f64::from(step) / f64::from(steps)).sin_cos();
+            let (sin, cos) = libm::sincos(turn * f64::from(step) / f64::from(steps));
             let spoke = -side * radius;
             curve.push(
                 centre + Vector2::new(cos * spoke.x - sin * spoke.y, sin * spoke.x + cos * spoke.y),

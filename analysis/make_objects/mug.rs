@@ -93,9 +93,9 @@ pub(super) fn mug() -> Result<(&'static str, Mesh, Description), Box<dyn std::er
 /// Cross-section of the handle at `share` of its arch, from the upper root to the lower one.
 fn station(share: f64, [low, high]: [f64; 2]) -> Station {
     let arch = |share: f64| {
-        let (sin, cos) = (FRAC_PI_2 - PI * share).sin_cos();
+        let (sin, cos) = libm::sincos(FRAC_PI_2 - PI * share);
         let n = ARCH_EXPONENT;
-        let reach = (cos.abs().powf(n) + sin.abs().powf(n)).powf(-1.0 / n);
+        let reach = libm::pow(libm::pow(cos.abs(), n) + libm::pow(sin.abs(), n), -1.0 / n);
         Vector3::new(
             ARCH_MM + REACH_MM * reach * cos,
             0.0,

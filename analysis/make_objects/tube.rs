@@ -19,9 +19,9 @@ pub(super) struct Station {
 
 impl Station {
     pub(super) fn point(&self, angle: f64) -> Vector3<f64> {
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = libm::sincos(angle);
         let n = self.exponent;
-        let reach = (cos.abs().powf(n) + sin.abs().powf(n)).powf(-1.0 / n);
+        let reach = libm::pow(libm::pow(cos.abs(), n) + libm::pow(sin.abs(), n), -1.0 / n);
         self.centre
             + self.axes[0] * (self.half[0] * reach * cos)
             + self.axes[1] * (self.half[1] * reach * sin)
@@ -44,7 +44,7 @@ pub(super) fn border_angles(sectors: usize, rings: usize) -> Vec<f64> {
                 i => (0, 2 * (w + h) - i),
             };
             let centred = |step: usize, of: usize| 2.0 * step as f64 / of as f64 - 1.0;
-            centred(up, h).atan2(centred(across, w))
+            libm::atan2(centred(up, h), centred(across, w))
         })
         .collect()
 }
@@ -71,7 +71,7 @@ impl Parts {
                 let points = roots.iter().zip(angles).map(|(root, &angle)| {
                     let way = station.point(angle) - root;
                     let out = outward * outward.dot(&way);
-                    root + (way - out) * turn.sin() + out * (1.0 - turn.cos())
+                    root + (way - out) * libm::sin(turn) + out * (1.0 - libm::cos(turn))
                 });
                 self.ring(points)
             })

@@ -128,7 +128,9 @@ impl Part {
             Self::Loop(diameter, tube, centre) => {
                 let corner = |k: u32| {
                     let angle = TAU * f64::from(k) / 12.0;
-                    at(centre) + Vector3::new(0.0, angle.cos(), angle.sin()) * (0.5 * diameter * MM)
+                    at(centre)
+                        + Vector3::new(0.0, libm::cos(angle), libm::sin(angle))
+                            * (0.5 * diameter * MM)
                 };
                 (0..12)
                     .map(|k| {

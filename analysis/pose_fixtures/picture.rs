@@ -51,12 +51,17 @@ fn arc(radius: f64, height: f64, from: f64, to: f64) -> Vec<[f64; 2]> {
     let count = steps(radius * (to - from)).max(5);
     let angle = |k: u32| from + (to - from) * f64::from(k) / f64::from(count);
     (0..=count)
-        .map(|k| [radius * angle(k).sin(), height + radius * angle(k).cos()])
+        .map(|k| {
+            [
+                radius * libm::sin(angle(k)),
+                height + radius * libm::cos(angle(k)),
+            ]
+        })
         .collect()
 }
 
 fn straight(from: [f64; 2], to: [f64; 2]) -> Vec<[f64; 2]> {
-    let count = steps((to[0] - from[0]).hypot(to[1] - from[1]));
+    let count = steps(libm::hypot(to[0] - from[0], to[1] - from[1]));
     (0..=count)
         .map(|k| {
             let t = f64::from(k) / f64::from(count);
@@ -77,7 +82,7 @@ fn lathe(centre: Vector3<f64>, axis: Vector3<f64>, profile: &[[f64; 2]]) -> Surf
     let mut vertices = Vec::new();
     for [radius, height] in profile {
         for k in 0..around {
-            let (sin, cos) = (TAU * f64::from(k) / f64::from(around)).sin_cos();
+            let (sin, cos) = libm::sincos(TAU * f64::from(k) / f64::from(around));
             vertices.push(centre + axis * *height + (side * cos + other * sin) * *radius);
         }
     }

@@ -189,8 +189,8 @@ pub(crate) fn widen(
         .map(|(task, base, hand)| {
             let mut rng = stream(seed, Task::Start, *task as u64);
             for _ in 0..TRIES {
-                let [low, high] = SCALES.map(f64::ln);
-                let factor = rng.random_range(low..high).exp();
+                let [low, high] = SCALES.map(libm::log);
+                let factor = libm::exp(rng.random_range(low..high));
                 let reshaped = rng.random_bool(0.5) && can_be_reshaped(base);
                 let scale = factor * hand.length_m / human.length_m;
                 let (x, fit) = carried(base, human, hand, scale, reshaped)?;

@@ -68,14 +68,14 @@ pub fn rarefied_hill_numbers(counts: &[usize], size: usize) -> [f64; 3] {
     for equal in counts.chunk_by(|a, b| a == b) {
         let (count, others, times) = (equal[0], all - equal[0], equal.len() as f64);
         for k in size.saturating_sub(others).max(1)..=count.min(size) {
-            let expected = times * (choose(count, k) + choose(others, size - k) - whole).exp();
+            let expected = times * libm::exp(choose(count, k) + choose(others, size - k) - whole);
             let share = k as f64 / size as f64;
             kinds += expected;
-            entropy -= expected * share * share.ln();
+            entropy -= expected * share * libm::log(share);
             concentration += expected * share * share;
         }
     }
-    [kinds, entropy.exp(), 1.0 / concentration]
+    [kinds, libm::exp(entropy), 1.0 / concentration]
 }
 
 /// [`rarefied_hill_numbers`] with 95 % intervals: ± 1.96 standard deviations over `draws` resamplings.
@@ -146,7 +146,7 @@ impl Community {
         };
         let found = || counts.iter().filter(|count| **count > 0);
         // Probability that a kind of this share is missed.
-        let overlooked = |count: usize| (n * (-(count as f64) / n).ln_1p()).exp();
+        let overlooked = |count: usize| libm::exp(n * libm::log1p(-(count as f64) / n));
         let total: f64 = found()
             .map(|&count| count as f64 / n * overlooked(count))
             .sum();
@@ -194,7 +194,7 @@ fn log_factorials(most: usize) -> Vec<f64> {
     let mut logs = Vec::with_capacity(most + 1);
     logs.push(0.0);
     for n in 1..=most {
-        logs.push(logs[n - 1] + (n as f64).ln());
+        logs.push(logs[n - 1] + libm::log(n as f64));
     }
     logs
 }
@@ -222,11 +222,15 @@ mod tests {
             for count in drawn.into_iter().filter(|count| *count > 0) {
                 let share = count as f64 / size as f64;
                 kinds += 1.0;
-                entropy -= share * share.ln();
+                entropy -= share * libm::log(share);
                 concentration += share * share;
             }
         }
-        [kinds / ways, (entropy / ways).exp(), ways / concentration]
+        [
+            kinds / ways,
+            libm::exp(entropy / ways),
+            ways / concentration,
+        ]
     }
 
     proptest! {
@@ -253,7 +257,7 @@ mod tests {
         }
         // Shares 1/2, 1/4, 1/8, 1/8: entropy 7/4 ln 2, concentration 11/32.
         let found = rarefied_hill_numbers(&[40, 20, 10, 10, 0], 80);
-        for (found, expected) in found.iter().zip([4.0, 1.75_f64.exp2(), 32.0 / 11.0]) {
+        for (found, expected) in found.iter().zip([4.0, libm::exp2(1.75_f64), 32.0 / 11.0]) {
             assert!((found - expected).abs() < 1e-9, "{found} {expected}");
         }
         // Simpson's closed form of a smaller sample (C14, Table 1).
@@ -294,13 +298,13 @@ mod tests {
             for k in 1..=size {
                 let ways = logs[size] - logs[k] - logs[size - k];
                 let (k, n) = (k as f64, size as f64);
-                let chance = (ways + k * share.ln() + (n - k) * (-share).ln_1p()).exp();
+                let chance = libm::exp(ways + k * libm::log(share) + (n - k) * libm::log1p(-share));
                 richness += chance;
-                entropy -= chance * k / n * (k / n).ln();
+                entropy -= chance * k / n * libm::log(k / n);
                 concentration += chance * (k / n).powi(2);
             }
         }
-        let truth = [richness, entropy.exp(), 1.0 / concentration];
+        let truth = [richness, libm::exp(entropy), 1.0 / concentration];
         let mut covered = [0_usize; 3];
         let samples = 400;
         for id in 0..samples {

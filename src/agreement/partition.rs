@@ -85,14 +85,14 @@ pub fn adjusted_mutual_information(first: &[usize], second: &[usize]) -> f64 {
     }
     let entropy = |sizes: &[usize]| -> f64 {
         let shares = sizes.iter().filter(|n| **n > 0).map(|&n| n as f64 / total);
-        -shares.map(|p| p * p.ln()).sum::<f64>()
+        -shares.map(|p| p * libm::log(p)).sum::<f64>()
     };
     let mut information = 0.0;
     for (row, &a) in table(first, second).iter().zip(&rows) {
         for (&n, &b) in row.iter().zip(&columns) {
             if n > 0 {
                 let n = n as f64;
-                information += n / total * (total * n / (a as f64 * b as f64)).ln();
+                information += n / total * libm::log(total * n / (a as f64 * b as f64));
             }
         }
     }
@@ -111,7 +111,7 @@ pub fn adjusted_mutual_information(first: &[usize], second: &[usize]) -> f64 {
 fn expected_information(rows: &[usize], columns: &[usize], count: usize) -> f64 {
     let mut factorials = vec![0.0; count + 1];
     for n in 1..=count {
-        factorials[n] = factorials[n - 1] + (n as f64).ln();
+        factorials[n] = factorials[n - 1] + libm::log(n as f64);
     }
     let log_factorial = |n: usize| factorials[n];
     let total = count as f64;
@@ -128,8 +128,8 @@ fn expected_information(rows: &[usize], columns: &[usize], count: usize) -> f64 
                     - log_factorial(a - n)
                     - log_factorial(b - n)
                     - log_factorial(count + n - a - b);
-                let information = (total * n as f64 / (a as f64 * b as f64)).ln();
-                expected += n as f64 / total * information * ways.exp();
+                let information = libm::log(total * n as f64 / (a as f64 * b as f64));
+                expected += n as f64 / total * information * libm::exp(ways);
             }
         }
     }

@@ -354,10 +354,11 @@ mod tests {
             &[3.0; 3],
             move |p: &[f64], gradient: &mut [f64]| {
                 let [x, y, z] = [p[0], p[1], p[2]];
-                gradient[0] = 4.0 * x * (x * x - 1.0) + 0.3 * y.cos() * x.cos();
-                gradient[1] = 2.0 * y - 0.3 * y.sin() * x.sin();
-                gradient[2] = z.sin();
-                let energy = (x * x - 1.0).powi(2) + y * y + 0.3 * y.cos() * x.sin() - z.cos();
+                gradient[0] = 4.0 * x * (x * x - 1.0) + 0.3 * libm::cos(y) * libm::cos(x);
+                gradient[1] = 2.0 * y - 0.3 * libm::sin(y) * libm::sin(x);
+                gradient[2] = libm::sin(z);
+                let energy = (x * x - 1.0).powi(2) + y * y + 0.3 * libm::cos(y) * libm::sin(x)
+                    - libm::cos(z);
                 spoil(p, gradient);
                 if round > 0.0 {
                     (energy / round).round() * round
@@ -423,11 +424,11 @@ mod tests {
         type Spoil = fn(&[f64], &mut [f64]);
         let wrongs: [(usize, Spoil); 5] = [
             // A forgotten coupling, a sign, a factor, a component never written, and a coupling half off.
-            (0, |p, g| g[0] -= 0.3 * p[1].cos() * p[0].cos()),
+            (0, |p, g| g[0] -= 0.3 * libm::cos(p[1]) * libm::cos(p[0])),
             (1, |_, g| g[1] = -g[1]),
             (2, |_, g| g[2] *= 1.05),
             (2, |_, g| g[2] = 0.0),
-            (1, |p, g| g[1] += 0.15 * p[1].sin() * p[0].sin()),
+            (1, |p, g| g[1] += 0.15 * libm::sin(p[1]) * libm::sin(p[0])),
         ];
         for (component, spoil) in wrongs {
             for (round, seed) in [(0.0, 3), (1e-6, 3), (0.0, 4), (1e-6, 5)] {

@@ -129,7 +129,7 @@ fn entropy(values: impl Iterator<Item = f64>, (low, high): (f64, f64)) -> f64 {
         .filter(|&&count| count > 0)
         .map(|&count| {
             let (count, total) = (count as f64, total as f64);
-            count / total * (total / count).ln()
+            count / total * libm::log(total / count)
         })
         .sum()
 }
@@ -211,13 +211,13 @@ mod tests {
         let hand = Hand::human();
         let wide = measure(&hand, &poses(&hand, 20_000, 1.0), &[]);
         assert!(
-            (wide.joint_entropy - (BINS as f64).ln()).abs() < 0.01,
+            (wide.joint_entropy - libm::log(BINS as f64)).abs() < 0.01,
             "{wide:?}"
         );
         let narrow = measure(&hand, &poses(&hand, 20_000, 0.25), &[]);
         // A quarter of the range: ln(32/4), up to the bins at the ends that are cut.
         assert!(
-            (narrow.joint_entropy - 8f64.ln()).abs() < 0.15,
+            (narrow.joint_entropy - libm::log(8f64)).abs() < 0.15,
             "{narrow:?}"
         );
         assert!(wide.explained_variance.is_sorted() && wide.explained_variance[4] < 1.0);

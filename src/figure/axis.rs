@@ -68,7 +68,7 @@ pub fn ticks(low: f64, high: f64, wanted: usize) -> Vec<f64> {
     if !(raw.is_finite() && raw > finest) {
         return vec![low];
     }
-    let magnitude = 10f64.powf(raw.log10().floor());
+    let magnitude = libm::pow(10f64, libm::log10(raw).floor());
     // Limits are the geometric means of neighbouring steps.
     let step = magnitude
         * match raw / magnitude {
@@ -140,7 +140,7 @@ pub fn number(value: f64) -> String {
 /// ten. If these are few, 2 and 5 times powers of ten are added; if there are fewer than three within one decade, the
 /// values are evenly spaced instead.
 pub fn log_ticks(low: f64, high: f64, wanted: usize) -> Vec<f64> {
-    let [first, last] = [low, high].map(f64::log10);
+    let [first, last] = [low, high].map(libm::log10);
     if !(last > first && first.is_finite() && last.is_finite()) {
         return vec![low];
     }
@@ -179,7 +179,7 @@ pub fn log_ticks(low: f64, high: f64, wanted: usize) -> Vec<f64> {
 
 /// Texts of the ticks of a logarithmic axis: plain numbers near one, powers of ten elsewhere.
 pub fn log_tick_texts(values: &[f64]) -> Vec<String> {
-    let exponents = values.iter().map(|value| value.log10());
+    let exponents = values.iter().map(|value| libm::log10(*value));
     let near_one = exponents.clone().all(|e| (-3.1..4.1).contains(&e));
     let powers = exponents.clone().all(|e| (e - e.round()).abs() < 1e-9);
     if near_one || !powers {
@@ -213,7 +213,7 @@ fn power_of_ten(exponent: f64) -> f64 {
     reason = "between 0 and 17"
 )]
 fn digits_between(large: f64, small: f64) -> usize {
-    let first = |value: f64| (value.log10() + 1e-9).floor();
+    let first = |value: f64| (libm::log10(value) + 1e-9).floor();
     (first(large) - first(small)).clamp(0.0, 17.0) as usize
 }
 

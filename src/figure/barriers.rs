@@ -524,7 +524,7 @@ mod tests {
             assert!((0..2).all(|axis| points[i][axis] >= radii[i]
                 && points[i][axis] <= [900.0, 800.0][axis] - radii[i]));
             for j in 0..i {
-                let length = (points[i][0] - points[j][0]).hypot(points[i][1] - points[j][1]);
+                let length = libm::hypot(points[i][0] - points[j][0], points[i][1] - points[j][1]);
                 assert!(
                     length > radii[i] + radii[j],
                     "{i} and {j} overlap: {length}"

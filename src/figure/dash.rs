@@ -3,7 +3,7 @@
 /// The dashes of a straight line with the pattern (length of a dash, length of a gap). The line starts and ends with a
 /// dash: dashes and gaps are scaled so that a whole number of them fits.
 pub(super) fn line(from: [f64; 2], to: [f64; 2], [dash, gap]: [f64; 2]) -> Vec<[[f64; 2]; 2]> {
-    let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+    let length = libm::hypot(to[0] - from[0], to[1] - from[1]);
     let at = |distance: f64| between(from, to, (distance / length).min(1.0));
     let gaps = ((length - dash) / (dash + gap)).round().max(0.0);
     let fit = length / (dash + gaps * (dash + gap));
@@ -23,7 +23,7 @@ pub(super) fn polyline(points: &[[f64; 2]], pattern: [f64; 2]) -> Vec<[[f64; 2];
     let (mut gap, mut left) = (0, pattern[0]);
     for pair in points.windows(2) {
         let [from, to] = [pair[0], pair[1]];
-        let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+        let length = libm::hypot(to[0] - from[0], to[1] - from[1]);
         let mut start = 0.0;
         while start < length {
             let end = (start + left).min(length);

@@ -158,12 +158,14 @@ mod tests {
             let height = 0.022 * f64::from(finger) - 0.033;
             for knuckle in 0..24 {
                 let angle = turn + 0.11 * f64::from(knuckle) * if finger == 3 { -1.0 } else { 1.0 };
-                let centre = Vector3::new(0.041 * angle.cos(), 0.041 * angle.sin(), height);
+                let centre =
+                    Vector3::new(0.041 * libm::cos(angle), 0.041 * libm::sin(angle), height);
                 lathe(&mut hand, centre, |polar| {
-                    (0.01 * polar.sin(), 0.01 * polar.cos())
+                    (0.01 * libm::sin(polar), 0.01 * libm::cos(polar))
                 });
                 if knuckle == 22 {
-                    let centre = Vector3::new(0.033 * angle.cos(), 0.033 * angle.sin(), height);
+                    let centre =
+                        Vector3::new(0.033 * libm::cos(angle), 0.033 * libm::sin(angle), height);
                     markers.push(Marker {
                         centre,
                         radius_m: 0.004,
@@ -180,8 +182,8 @@ mod tests {
         lathe(&mut bottle, Vector3::zeros(), |polar| {
             let radius = if polar < 0.6 { 0.014 } else { 0.032 };
             (
-                radius * (polar.sin() * 40.0).min(1.0),
-                0.09 * (polar.cos() + 0.2),
+                radius * (libm::sin(polar) * 40.0).min(1.0),
+                0.09 * (libm::cos(polar) + 0.2),
             )
         });
         Scene {
@@ -200,7 +202,7 @@ mod tests {
                 profile(std::f64::consts::PI * f64::from(ring) / f64::from(STEPS));
             for step in 0..STEPS {
                 let (sin, cos) =
-                    (std::f64::consts::TAU * f64::from(step) / f64::from(STEPS)).sin_cos();
+                    libm::sincos(std::f64::consts::TAU * f64::from(step) / f64::from(STEPS));
                 surface
                     .vertices
                     .push(centre + Vector3::new(radius * cos, radius * sin, height));

@@ -118,7 +118,7 @@ impl<'a> GraspKernel<'a> {
         let least = options.iter().fold(f64::INFINITY, |m, (_, e)| m.min(*e));
         let weights: Vec<f64> = options
             .iter()
-            .map(|(_, energy)| ((least - energy) / temperature).exp())
+            .map(|(_, energy)| libm::exp((least - energy) / temperature))
             .collect();
         let mut left = rng.random::<f64>() * weights.iter().sum::<f64>();
         let present = state.discrete[slot];

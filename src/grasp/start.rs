@@ -1,8 +1,8 @@
 //! Start poses that depend on the object.
 
+use crate::sample::standard_normal;
 use nalgebra::{Isometry3, Rotation3, Unit, UnitQuaternion, Vector3};
 use rand::RngExt;
-use rand_distr::{Distribution, StandardNormal};
 
 use crate::hand::Hand;
 use crate::mesh::SurfaceSample;
@@ -33,7 +33,7 @@ pub fn start_pose_facing(hand: &Hand, faced: &SurfaceSample, rng: &mut Rng) -> V
 }
 
 fn draw(hand: &Hand, rng: &mut Rng, faced: impl FnOnce(&mut Rng) -> SurfaceSample) -> Vec<f64> {
-    let mut normal = || -> f64 { StandardNormal.sample(rng) };
+    let mut normal = || -> f64 { standard_normal(rng) };
     let tilt = [TILT_RAD * normal(), TILT_RAD * normal()];
     let joints: Vec<f64> = hand
         .joints

@@ -55,7 +55,7 @@ fn left_jacobian(angles: &Vector3<f64>) -> Matrix3<f64> {
         (0.5 - square / 24.0, 1.0 / 6.0 - square / 120.0)
     } else {
         let angle = square.sqrt();
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = libm::sincos(angle);
         ((1.0 - cos) / square, (angle - sin) / (square * angle))
     };
     Matrix3::identity() + k * first + k * k * second

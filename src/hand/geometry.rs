@@ -223,7 +223,8 @@ fn points(form: &Form, name: &str) -> Result<Vec<Vector3<f64>>, HandError> {
         Form::Cylinder { radius, length } => {
             check_size(*radius, name)?;
             check_size(*length, name)?;
-            let circle = (0..CORNERS).map(|k| (TAU * f64::from(k) / f64::from(CORNERS)).sin_cos());
+            let circle =
+                (0..CORNERS).map(|k| libm::sincos(TAU * f64::from(k) / f64::from(CORNERS)));
             let ends = |(sin, cos): (f64, f64)| {
                 [-0.5, 0.5].map(|end| Vector3::new(radius * cos, radius * sin, end * length))
             };

@@ -147,7 +147,7 @@ pub(super) fn in_triangle([a, b, c]: [Vector3<f64>; 3], k: f64) -> Vector3<f64> 
 pub(super) fn directions(count: u32) -> impl Iterator<Item = Vector3<f64>> {
     (0..count).map(move |k| {
         let height = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(count);
-        let (sin, cos) = (f64::from(k) * GOLDEN_ANGLE).sin_cos();
+        let (sin, cos) = libm::sincos(f64::from(k) * GOLDEN_ANGLE);
         let across = (1.0 - height * height).sqrt();
         Vector3::new(across * cos, across * sin, height)
     })

@@ -239,10 +239,14 @@ mod tests {
         // The base turned half way about x and not normalised: y and z change sign.
         hand.pose(&[0.3, 0.2, 0.1, 0.0, 5.0, 0.0, 0.0, b, a], &mut posed);
         let tip = posed.object_from_link[hand.link("tip").unwrap().0];
-        let plane = Vector3::new(-a.sin() - (a + b).sin(), a.cos() + (a + b).cos(), 0.0);
+        let plane = Vector3::new(
+            -libm::sin(a) - libm::sin(a + b),
+            libm::cos(a) + libm::cos(a + b),
+            0.0,
+        );
         let expected = Vector3::new(0.3 + plane.x, 0.2 - plane.y, 0.1);
         assert!((tip.translation - expected).norm() < 1e-15);
-        let x_axis = Vector3::new(-(a + b).sin(), -(a + b).cos(), 0.0);
+        let x_axis = Vector3::new(-libm::sin(a + b), -libm::cos(a + b), 0.0);
         let turned = tip.direction(&Vector3::x());
         assert!(
             (turned - Vector3::new(x_axis.x, x_axis.y, 0.0)).norm() < 1e-14,
@@ -277,7 +281,7 @@ mod tests {
         };
         let mut x = hand.rest_coordinates();
         let tangent: Vec<f64> = (0..space.tangents())
-            .map(|i| 0.02 * ((i * i) as f64).sin())
+            .map(|i| 0.02 * libm::sin((i * i) as f64))
             .collect();
         space.exp(&mut x, &tangent);
 

@@ -222,10 +222,10 @@ pub(super) fn capsule_mesh(capsule: &Capsule) -> LinkMesh {
     let latitudes = (1..=RINGS).map(|ring| (capsule.a, f64::from(ring) / f64::from(RINGS) - 1.0));
     let upper = (0..RINGS).map(|ring| (capsule.b, f64::from(ring) / f64::from(RINGS)));
     for (centre, latitude) in latitudes.chain(upper) {
-        let (sin, cos) = (latitude * std::f64::consts::FRAC_PI_2).sin_cos();
+        let (sin, cos) = libm::sincos(latitude * std::f64::consts::FRAC_PI_2);
         for corner in 0..AROUND {
             let angle = std::f64::consts::TAU * f64::from(corner) / f64::from(AROUND);
-            let out = across * angle.cos() + third * angle.sin();
+            let out = across * libm::cos(angle) + third * libm::sin(angle);
             vertices.push(centre + (along * sin + out * cos) * capsule.radius_m);
         }
     }

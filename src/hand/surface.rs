@@ -120,7 +120,7 @@ impl Solids<'_> {
                 - capsule.radius_m;
             let on_axis = height.clamp(0.0, length);
             let sine = (height - on_axis) / capsule.radius_m;
-            let (sin, cos) = (f64::from(k) * GOLDEN_ANGLE).sin_cos();
+            let (sin, cos) = libm::sincos(f64::from(k) * GOLDEN_ANGLE);
             let normal =
                 along * sine + (across * cos + third * sin) * (1.0 - sine * sine).max(0.0).sqrt();
             let point = a + along * on_axis + normal * capsule.radius_m;

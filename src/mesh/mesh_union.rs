@@ -253,7 +253,7 @@ fn in_gap(point: &Vector3<f64>, normal: &Vector3<f64>, reach: f64, inside: &Insi
     let across = normal.cross(&along);
     // Test directions lie in the face and halfway between it and the normal. Along the normal lies the face itself.
     let directions = (0..8).flat_map(|eighth| {
-        let (sin, cos) = (f64::from(eighth) * FRAC_PI_4).sin_cos();
+        let (sin, cos) = libm::sincos(f64::from(eighth) * FRAC_PI_4);
         let level = along * cos + across * sin;
         [
             (eighth < 4).then_some(level),

@@ -168,7 +168,7 @@ fn solid_angle(triangle: &[Vector3<f64>; 3], point: &Vector3<f64>) -> f64 {
     let [la, lb, lc] = [a.norm(), b.norm(), c.norm()];
     let volume = a.dot(&b.cross(&c));
     let scale = la * lb * lc + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
-    2.0 * volume.atan2(scale)
+    2.0 * libm::atan2(volume, scale)
 }
 
 #[cfg(test)]

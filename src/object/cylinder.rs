@@ -69,7 +69,7 @@ impl Shape for Cylinder {
         let plane = Matrix3::identity() - axis * axis.transpose();
         let turning = radial_hessian(&plane, &radial, from_axis);
         if past_side > 0.0 && past_cap > 0.0 {
-            let length = past_side.hypot(past_cap);
+            let length = libm::hypot(past_side, past_cap);
             let normal = (radial * past_side + up * past_cap) / length;
             let meridian = axis * axis.transpose() + radial * radial.transpose();
             let hessian =

@@ -104,7 +104,8 @@ impl Revolved {
         helper[axis.iamin()] = 1.0;
         let first = axis.cross(&helper).normalize();
         let second = axis.cross(&first);
-        let spokes = TURNS_RAD.map(|turn_rad| first * turn_rad.cos() + second * turn_rad.sin());
+        let spokes =
+            TURNS_RAD.map(|turn_rad| first * libm::cos(turn_rad) + second * libm::sin(turn_rad));
         let levels: Vec<Level> = LEVELS
             .map(|level| {
                 Level::sample(level, [low, high, radius], |r, z| {
@@ -170,7 +171,7 @@ impl Revolved {
         let Some(here) = self.levels.get(level) else {
             let [centre, radius] = self.ball;
             let height = z - centre;
-            let length = r.hypot(height);
+            let length = libm::hypot(r, height);
             let (er, ez) = (r / length, height / length);
             return Profile {
                 value: length - radius,
@@ -200,7 +201,7 @@ impl Revolved {
                 let z = level.origin + (k as f64 + shift) * level.cell_m;
                 let profile = self.profile::<1>(r, z);
                 if profile.value > -0.5 * level.cell_m {
-                    profile.r.hypot(profile.z)
+                    libm::hypot(profile.r, profile.z)
                 } else {
                     0.0
                 }
@@ -432,9 +433,9 @@ mod tests {
         for k in 0..60 {
             let k = f64::from(k);
             let arm = Vector3::new(
-                (1.3 * k).sin() * 0.06,
-                (2.1 * k).cos() * 0.06,
-                (0.7 * k).sin() * 0.2,
+                libm::sin(1.3 * k) * 0.06,
+                libm::cos(2.1 * k) * 0.06,
+                libm::sin(0.7 * k) * 0.2,
             );
             let turn = Rotation3::from_axis_angle(&axis, 0.37 * k);
             let (value, gradient, hessian) = object.shape.hessian(&(point + arm));

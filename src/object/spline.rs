@@ -238,7 +238,7 @@ mod tests {
     /// A spline of x + 2y − z + sin(20 x) cos(30 z)/100 over a box of 10 cm.
     fn wavy() -> (Spline, impl Fn(&Vector3<f64>) -> f64) {
         let formula = |p: &Vector3<f64>| {
-            p.x + 2.0 * p.y - p.z + 0.01 * (20.0 * p.x).sin() * (30.0 * p.z).cos()
+            p.x + 2.0 * p.y - p.z + 0.01 * libm::sin(20.0 * p.x) * libm::cos(30.0 * p.z)
         };
         let cell_m = 0.004;
         let fill = move |start: &Vector3<f64>, row: &mut [f64]| {

@@ -101,7 +101,7 @@ type Parts = (Vec<Vector3<f64>>, Vec<[u32; 3]>);
 fn arc([x, z]: [f64; 2], radius: f64, from: f64, to: f64, steps: u32) -> Vec<[f64; 2]> {
     let point = |step: u32| {
         let angle = from + (to - from) * f64::from(step) / f64::from(steps);
-        [x + radius * angle.cos(), z + radius * angle.sin()]
+        [x + radius * libm::cos(angle), z + radius * libm::sin(angle)]
     };
     if radius > 0.0 {
         (0..=steps).map(point).collect()
@@ -121,7 +121,7 @@ fn revolved(centre: &Vector3<f64>, axis: &Vector3<f64>, profile: &[[f64; 2]]) ->
     // Roundings as large as the shape give equal neighbours.
     let mut rings: Vec<[f64; 2]> = Vec::new();
     for &[x, z] in profile {
-        let same = |[a, b]: &[f64; 2]| (a - x).hypot(b - z) < 1e-9 * scale;
+        let same = |[a, b]: &[f64; 2]| libm::hypot(a - x, b - z) < 1e-9 * scale;
         if !rings.last().is_some_and(same) {
             rings.push([x, z]);
         }
@@ -134,7 +134,7 @@ fn revolved(centre: &Vector3<f64>, axis: &Vector3<f64>, profile: &[[f64; 2]]) ->
         for step in 0..if pole { 1 } else { AROUND } {
             let angle = 2.0 * PI * f64::from(step) / f64::from(AROUND);
             let x = if pole { 0.0 } else { x };
-            let point = Vector3::new(x * angle.cos(), x * angle.sin(), z);
+            let point = Vector3::new(x * libm::cos(angle), x * libm::sin(angle), z);
             vertices.push(centre + turn * point);
         }
     }
@@ -167,7 +167,7 @@ fn box_of(cuboid: &Cuboid) -> Parts {
         let steps = if edge > 0.0 { EDGE } else { 0 };
         let bend = |step: u32| {
             // Between two faces the direction turns by 90°, half of it on either face.
-            inner[axis] + edge * (PI / 4.0 * f64::from(step) / f64::from(steps.max(1))).tan()
+            inner[axis] + edge * libm::tan(PI / 4.0 * f64::from(step) / f64::from(steps.max(1)))
         };
         let mut line: Vec<f64> = (0..=steps).map(bend).collect();
         if let Some(last) = line.last_mut() {

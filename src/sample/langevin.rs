@@ -1,6 +1,6 @@
 //! The Metropolis-adjusted Langevin step that all kernels share.
 
-use rand_distr::{Distribution, StandardNormal};
+use crate::sample::standard_normal;
 
 use super::{Attraction, Rng, State, TargetDensity};
 use crate::space::Space;
@@ -40,7 +40,7 @@ pub fn langevin(
     let mut forward = 0.0;
     let mut tangent = drift;
     for (component, scale) in tangent.iter_mut().zip(scales) {
-        let noise: f64 = StandardNormal.sample(rng);
+        let noise = standard_normal(rng);
         forward += noise * noise;
         *component =
             -0.5 * (step * scale).powi(2) * *component / temperature + step * scale * noise;
@@ -75,7 +75,7 @@ pub(super) fn pull(
     };
     let mut toward = vec![0.0; slope.len()];
     space.log_near(x, target, &mut toward);
-    let distance = norm(&toward).hypot(rounding);
+    let distance = libm::hypot(norm(&toward), rounding);
     add(slope, -force / distance, &toward);
     force * distance
 }

@@ -156,7 +156,7 @@ mod tests {
         let (mut sums, steps) = ([0.0; N], 400_000);
         for _ in 0..steps {
             let ratio = kernel.propose(&state, law, step, &mut rng, &mut proposal);
-            if rng.random::<f64>().ln() < ratio {
+            if libm::log(rng.random::<f64>()) < ratio {
                 std::mem::swap(&mut state, &mut proposal);
             }
             for (sum, value) in sums.iter_mut().zip(observe(&state.coordinates)) {
@@ -199,8 +199,8 @@ mod tests {
         let (mut total, mut first, mut second) = (0.0, 0.0, 0.0);
         for k in -4000..4000 {
             let x = f64::from(k) * 1e-3;
-            let potential = (x * x - 1.0).powi(2) + force * (x - target[0]).hypot(step);
-            let weight = (-potential / temperature).exp();
+            let potential = (x * x - 1.0).powi(2) + force * libm::hypot(x - target[0], step);
+            let weight = libm::exp(-potential / temperature);
             total += weight;
             first += weight * x;
             second += weight * x * x;

@@ -8,8 +8,10 @@ use rand::SeedableRng;
 use crate::space::Space;
 
 mod langevin;
+mod normal;
 
 pub use langevin::langevin;
+pub use normal::standard_normal;
 
 /// The random generator of every chain. It is counter-based, so that streams are cheap and independent.
 pub type Rng = rand_chacha::ChaCha8Rng;

@@ -52,7 +52,7 @@ impl Mirrored {
         assert_eq!(u.len(), self.halves.len());
         let sides = self.middles.iter().zip(&self.halves).zip(u);
         sides
-            .map(|((middle, half), u)| middle - half * (u / half).cos())
+            .map(|((middle, half), u)| middle - half * libm::cos(u / half))
             .collect()
     }
 
@@ -65,7 +65,7 @@ impl Mirrored {
         assert_eq!(x.len(), self.halves.len());
         let sides = self.middles.iter().zip(&self.halves).zip(x);
         sides
-            .map(|((middle, half), x)| half * ((middle - x) / half).clamp(-1.0, 1.0).acos())
+            .map(|((middle, half), x)| half * libm::acos(((middle - x) / half).clamp(-1.0, 1.0)))
             .collect()
     }
 
@@ -76,7 +76,7 @@ impl Mirrored {
     pub fn slopes(&self, u: &[f64]) -> Vec<f64> {
         assert_eq!(u.len(), self.halves.len());
         let sides = self.halves.iter().zip(u);
-        sides.map(|(half, u)| (u / half).sin()).collect()
+        sides.map(|(half, u)| libm::sin(u / half)).collect()
     }
 
     /// The least and the greatest u of one copy of the box.

@@ -106,7 +106,7 @@ impl Space for Periodic {
                 if period.is_finite() {
                     let radius = period / std::f64::consts::TAU;
                     let angle = value / radius;
-                    vec![radius * angle.cos(), radius * angle.sin()]
+                    vec![radius * libm::cos(angle), radius * libm::sin(angle)]
                 } else {
                     vec![*value]
                 }

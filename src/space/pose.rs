@@ -212,7 +212,7 @@ impl Space for PoseSpace {
         let mut landmarks: Vec<f64> = (joints_of(x).iter().zip(scales))
             .flat_map(|(angle, (lever, wraps))| {
                 if *wraps {
-                    [lever * angle.cos(), lever * angle.sin()]
+                    [lever * libm::cos(*angle), lever * libm::sin(*angle)]
                 } else {
                     [lever * angle, 0.0]
                 }
@@ -292,11 +292,11 @@ fn axis_log(
     let between = b.rotation * a.rotation.inverse();
     let along = between.imag().dot(direction);
     let across = (between.imag() - direction * along).norm();
-    let twist = 2.0 * (-along).atan2(between.w);
-    let offset = wrap(sine.atan2(cosine) - twist);
-    let pull = cosine.hypot(sine) / (radius * radius);
+    let twist = 2.0 * libm::atan2(-along, between.w);
+    let offset = wrap(libm::atan2(sine, cosine) - twist);
+    let pull = libm::hypot(cosine, sine) / (radius * radius);
     let angle =
-        twist + balance(pull, between.w.hypot(along), across, offset.abs()).copysign(offset);
+        twist + balance(pull, libm::hypot(between.w, along), across, offset.abs()).copysign(offset);
     let turn = UnitQuaternion::from_axis_angle(&Unit::new_unchecked(*direction), angle);
     let copy = Rigid {
         centroid: point + turn * arm_b,
@@ -318,10 +318,10 @@ fn sphere_log(
     let normal = arm_b.cross(&arm_a);
     let (sine, cosine) = (normal.norm(), arm_a.dot(&arm_b));
     let angle = balance(
-        cosine.hypot(sine) / (radius * radius),
+        libm::hypot(cosine, sine) / (radius * radius),
         1.0,
         0.0,
-        sine.atan2(cosine),
+        libm::atan2(sine, cosine),
     );
     let axis = if sine > 0.0 {
         normal / sine
@@ -353,10 +353,10 @@ fn balance(kappa: f64, rho: f64, sigma: f64, delta: f64) -> f64 {
     let (mut low, mut high) = (0.0, delta);
     let mut psi = delta * kappa / (kappa + rho);
     for _ in 0..100 {
-        let (s, c) = (0.5 * psi).sin_cos();
-        let sin_x = s.hypot(sigma * c);
+        let (s, c) = libm::sincos(0.5 * psi);
+        let sin_x = libm::hypot(s, sigma * c);
         let cos_x = rho * c;
-        let x = sin_x.atan2(cos_x);
+        let x = libm::atan2(sin_x, cos_x);
         // x/sin x and its derivative; the series is exact to rounding below 1e-4 (next term x⁴/51).
         let (ratio, ratio_slope) = if sin_x < 1e-4 {
             (1.0 + x * x / 6.0, x / 3.0)
@@ -368,7 +368,7 @@ fn balance(kappa: f64, rho: f64, sigma: f64, delta: f64) -> f64 {
         } else {
             0.5
         };
-        let (pull, pull_slope) = (delta - psi).sin_cos();
+        let (pull, pull_slope) = libm::sincos(delta - psi);
         let value = 2.0 * rho * s * ratio - kappa * pull;
         let slope = rho * (c * ratio + 2.0 * s * ratio_slope * x_slope) + kappa * pull_slope;
         if value < 0.0 {
@@ -444,7 +444,7 @@ mod tests {
         );
         let after = object_from_hand(&x) * nalgebra::Point3::from(metric().centroid);
         approx::assert_abs_diff_eq!(centroid, after, epsilon = 1e-15);
-        approx::assert_abs_diff_eq!(x[3], 0.6_f64.cos(), epsilon = 1e-15);
+        approx::assert_abs_diff_eq!(x[3], libm::cos(0.6_f64), epsilon = 1e-15);
         approx::assert_abs_diff_eq!(x[7], 0.3, epsilon = 1e-15);
     }
 

@@ -76,7 +76,7 @@ pub(super) fn axes(rotation: &UnitQuaternion<f64>, radius: f64) -> Vec<f64> {
 /// Rotation by the vector `turn` (axis times angle, radians).
 pub(crate) fn exp(turn: &Vector3<f64>) -> UnitQuaternion<f64> {
     let angle = turn.norm();
-    let (sine, cosine) = (0.5 * angle).sin_cos();
+    let (sine, cosine) = libm::sincos(0.5 * angle);
     // sin(θ/2)/θ → ½ − θ²/48; below 1e-4 the next term is less than the rounding error of 1.
     let scale = if angle < 1e-4 {
         0.5 - angle * angle / 48.0
@@ -100,7 +100,7 @@ pub(crate) fn log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     let scale = if sine == 0.0 {
         2.0
     } else {
-        2.0 * sine.atan2(w.abs()) / sine
+        2.0 * libm::atan2(sine, w.abs()) / sine
     };
     if flip { -v * scale } else { v * scale }
 }

@@ -147,7 +147,7 @@ mod tests {
         let ring = |n: u32| {
             (0..n).map(move |k| {
                 let angle = std::f64::consts::TAU * f64::from(k) / f64::from(n);
-                [angle.cos(), angle.sin(), 0.0]
+                [libm::cos(angle), libm::sin(angle), 0.0]
             })
         };
         let bipyramid: Vec<_> = ring(5).chain([[0.0, 0.0, 0.6], [0.0, 0.0, -0.6]]).collect();

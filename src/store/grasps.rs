@@ -469,7 +469,9 @@ fn put_hand(
             ),
         });
     }
-    if told.content_hash == given.content_hash {
+    let placed = |hand: &HandMetadata| hand.surface_hash.clone();
+    let other_points = placed(told).is_some() && placed(told) != placed(&given);
+    if told.content_hash == given.content_hash && !other_points {
         return Ok(None);
     }
     let warning = Warning::OtherHand {

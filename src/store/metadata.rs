@@ -71,6 +71,9 @@ pub struct HandMetadata {
     pub limits_rad: Vec<[f64; 2]>,
     /// Number of surface points. Contacts are indices of these points.
     pub surface_points: usize,
+    /// [`content_hash`] of the surface points, rounded to micrometres; `None` in files of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface_hash: Option<String>,
     /// Description file and the files that belong to it.
     pub description: Vec<TextFile>,
     /// [`content_hash`] of everything the hand was built from.

@@ -57,6 +57,12 @@ pub enum RebuildError {
         /// Numbers of joints and surface points in the description.
         found: [usize; 2],
     },
+    /// The contacts of the rows are numbers of other surface points than those of this version.
+    #[error(
+        "hand `{0}` does not match: the version of the program that wrote the file placed the surface points, whose numbers \
+         are the contacts, elsewhere; name the hand with --hand, so that contacts are chosen anew"
+    )]
+    OtherPoints(String),
     /// The file has only the name of an object.
     #[error("the file does not hold the mesh of object `{0}`: name it with --object")]
     NoMesh(String),
@@ -109,6 +115,7 @@ impl HandMetadata {
         metadata.joint_names = hand.joints.iter().map(|joint| joint.name.clone()).collect();
         metadata.limits_rad = hand.joints.iter().map(|joint| joint.limits_rad).collect();
         metadata.surface_points = hand.surface.len();
+        metadata.surface_hash = Some(surface_hash(&hand));
         Ok(metadata)
     }
 
@@ -149,8 +156,25 @@ impl HandMetadata {
             let hand = self.name.clone();
             return Err(RebuildError::OtherSize { hand, told, found });
         }
+        if self
+            .surface_hash
+            .as_ref()
+            .is_some_and(|told| *told != surface_hash(&hand))
+        {
+            return Err(RebuildError::OtherPoints(self.name.clone()));
+        }
         Ok(hand)
     }
+}
+
+/// [`content_hash`] of the surface points, rounded to micrometres, so that a last bit does not count.
+fn surface_hash(hand: &Hand) -> String {
+    let numbers = hand.surface.iter().flat_map(|surface| {
+        // Zero is added because −0 has other bits.
+        let [x, y, z] = [0, 1, 2].map(|k| (1e6 * surface.point[k]).round() + 0.0);
+        [surface.link.0 as f64, x, y, z]
+    });
+    content_hash(&[&numbers.flat_map(f64::to_le_bytes).collect::<Vec<u8>>()])
 }
 
 impl ObjectMetadata {

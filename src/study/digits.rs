@@ -26,7 +26,7 @@ impl Digits {
         let largest = low.abs().max(high.abs());
         let range = if high > low { high - low } else { largest };
         let usual = range == 0.0 || !range.is_finite() || Self::USUAL.contains(&range);
-        let beyond = (largest / range).log10().clamp(0.0, 10.0) as usize;
+        let beyond = libm::log10(largest / range).clamp(0.0, 10.0) as usize;
         Self {
             powers: (!usual).then_some(Self::DECIMALS + beyond),
         }

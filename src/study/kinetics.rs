@@ -191,8 +191,8 @@ impl<'a> Kinetics<'a> {
                 text,
                 "| {} | {} | {} | {} | {} | {} | {} | {} |",
                 at.temperature,
-                power(at.occupation[0].ln()),
-                power(at.occupation[1].ln()),
+                power(libm::log(at.occupation[0])),
+                power(libm::log(at.occupation[1])),
                 power(there.first_passage),
                 power(-there.mean_time),
                 power(there.steady_state),
@@ -229,7 +229,7 @@ impl<'a> Kinetics<'a> {
                     "| {} | {} | {:.2} % | {} |",
                     rank + 1,
                     power(pathway.log_rate),
-                    100.0 * share.exp(),
+                    100.0 * libm::exp(share),
                     minima.join(" → ")
                 );
             }
@@ -260,7 +260,7 @@ fn power(log: f64) -> String {
     }
     let decades = log / std::f64::consts::LN_10;
     let exponent = decades.floor();
-    let mantissa = 10.0_f64.powf(decades - exponent);
+    let mantissa = libm::pow(10.0_f64, decades - exponent);
     // Rounding may give 10.00.
     let (mantissa, exponent) = if mantissa >= 9.995 {
         (1.0, exponent + 1.0)
@@ -268,7 +268,7 @@ fn power(log: f64) -> String {
         (mantissa, exponent)
     };
     if (-3.0..4.0).contains(&exponent) {
-        format!("{:.4}", mantissa * 10.0_f64.powf(exponent))
+        format!("{:.4}", mantissa * libm::pow(10.0_f64, exponent))
     } else {
         format!("{mantissa:.2}e{exponent}")
     }
@@ -283,9 +283,9 @@ mod tests {
         assert_eq!(power(0.0), "1.0000");
         assert_eq!(power(f64::NEG_INFINITY), "0");
         assert_eq!(
-            power(-1000.0 * std::f64::consts::LN_10 + 2.0_f64.ln()),
+            power(-1000.0 * std::f64::consts::LN_10 + libm::log(2.0_f64)),
             "2.00e-1000"
         );
-        assert_eq!(power((9.999e6_f64).ln()), "1.00e7");
+        assert_eq!(power(libm::log(9.999e6_f64)), "1.00e7");
     }
 }

@@ -375,7 +375,7 @@ impl<'a> Thermodynamics<'a> {
                 at.energy,
                 at.heat_capacity,
                 at.landscape_entropy,
-                at.landscape_entropy.exp()
+                libm::exp(at.landscape_entropy)
             );
             for group in &notable {
                 let _ = write!(text, " {:.3} |", at.occupation[*group]);
@@ -395,7 +395,7 @@ impl<'a> Thermodynamics<'a> {
 /// Temperatures from where the lowest minimum holds nearly everything to where the occupation has nearly spread.
 fn range_of(wells: &Superposition) -> Vec<f64> {
     let grid: Vec<f64> = (-200..=200)
-        .map(|k| 10.0_f64.powf(f64::from(k) / 20.0))
+        .map(|k| libm::pow(10.0_f64, f64::from(k) / 20.0))
         .collect();
     let entropies: Vec<f64> = grid.iter().map(|t| wells.landscape_entropy(*t)).collect();
     let most = entropies.iter().copied().fold(0.0, f64::max);

@@ -33,7 +33,7 @@ pub fn frustration(wells: &Superposition, tree: &Tree, temperature: f64) -> Opti
         .collect();
     let top = ratios.iter().map(|(weight, _)| *weight);
     let top = top.fold(f64::NEG_INFINITY, f64::max);
-    let share = |weight: f64| (weight - top).exp();
+    let share = |weight: f64| libm::exp(weight - top);
     let sum: f64 = ratios.iter().map(|(weight, _)| share(*weight)).sum();
     let weighted = ratios.iter().map(|(weight, ratio)| share(*weight) * ratio);
     (sum > 0.0).then(|| weighted.sum::<f64>() / sum)

@@ -27,7 +27,7 @@ fn log_add(a: f64, b: f64) -> f64 {
     if low == f64::NEG_INFINITY {
         return high;
     }
-    high + (low - high).exp().ln_1p()
+    high + libm::log1p(libm::exp(low - high))
 }
 
 /// ln Σ exp of the given numbers; −∞ for none.

@@ -221,7 +221,7 @@ mod tests {
         let log_rates: Vec<(usize, usize, f64)> = (0..7)
             .flat_map(|a| (0..7).map(move |b| (a, b)))
             .filter(|(a, b)| a != b && (a * 3 + b * 5) % 4 != 0)
-            .map(|(a, b)| (a, b, ((a * 31 + b * 17) as f64).sin() * 20.0))
+            .map(|(a, b)| (a, b, libm::sin((a * 31 + b * 17) as f64) * 20.0))
             .collect();
         let weights = [0.0, 1.0, 2.0, -1.0, 0.5, 3.0, 0.0];
         let network = RateNetwork::from_log_rates(7, &log_rates, &weights);

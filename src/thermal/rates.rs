@@ -31,7 +31,7 @@ impl Dynamics {
                 let frequency = negative_curvature()?.abs().sqrt();
                 let ratio = friction / (2.0 * frequency);
                 // √(1 + r²) − r without cancellation.
-                Some(-(ratio.hypot(1.0) + ratio).ln())
+                Some(-libm::log(libm::hypot(ratio, 1.0) + ratio))
             }
         }
     }
@@ -116,7 +116,7 @@ impl RateNetwork {
                 .log_transmission(|| vibrations.negative_curvature)
                 .ok_or(Missing::NegativeCurvature(row))?;
             let weight = Well::new(state.energy, vibrations).log_weight(temperature);
-            let flow = weight - TAU.ln() + transmission;
+            let flow = weight - libm::log(TAU) + transmission;
             for (from, to) in [(a, b), (b, a)] {
                 let rate = rates[from].entry(to).or_insert(f64::NEG_INFINITY);
                 *rate = log_add(*rate, flow - log_weights[from]);
@@ -135,7 +135,7 @@ impl RateNetwork {
             .iter()
             .map(|(from, to, rate)| {
                 assert!(*rate >= 0.0, "a rate is not negative");
-                (*from, *to, rate.ln())
+                (*from, *to, libm::log(*rate))
             })
             .collect();
         Self::from_log_rates(states, &log_rates, log_weights)
@@ -363,8 +363,8 @@ mod tests {
             }
             right[i] = source;
             for (j, rate) in &network.rates[i] {
-                matrix[(i, i)] += rate.exp();
-                matrix[(i, *j)] -= rate.exp();
+                matrix[(i, i)] += libm::exp(*rate);
+                matrix[(i, *j)] -= libm::exp(*rate);
             }
         }
         let solution = matrix.lu().solve(&right).unwrap();
@@ -381,7 +381,7 @@ mod tests {
             let times = solved(&network, &given, 1.0);
             let ours = network.first_passage_times(&targets).unwrap();
             for (state, time) in times.iter().enumerate().take(states - 1) {
-                approx::assert_relative_eq!(ours[state].exp(), *time, max_relative = 1e-10);
+                approx::assert_relative_eq!(libm::exp(ours[state]), *time, max_relative = 1e-10);
             }
             assert!(ours[states - 1] < -f64::MAX);
 
@@ -391,7 +391,7 @@ mod tests {
             let ours = network.log_committors(&sources, &targets);
             for (log, chance) in ours.iter().zip(&chances) {
                 approx::assert_relative_eq!(
-                    log.exp(),
+                    libm::exp(*log),
                     *chance,
                     max_relative = 1e-10,
                     epsilon = 1e-13
@@ -401,19 +401,31 @@ mod tests {
             let shares: Vec<f64> = network
                 .log_shares(&sources)
                 .iter()
-                .map(|s| s.exp())
+                .map(|s| libm::exp(*s))
                 .collect();
             let rates = network.rates_between(&sources, &targets).unwrap();
             let mean: f64 = shares.iter().zip(sources).map(|(p, b)| p * times[b]).sum();
-            approx::assert_relative_eq!(rates.mean_time.exp(), 1.0 / mean, max_relative = 1e-10);
+            approx::assert_relative_eq!(
+                libm::exp(rates.mean_time),
+                1.0 / mean,
+                max_relative = 1e-10
+            );
             let inverse: f64 = shares.iter().zip(sources).map(|(p, b)| p / times[b]).sum();
-            approx::assert_relative_eq!(rates.first_passage.exp(), inverse, max_relative = 1e-10);
+            approx::assert_relative_eq!(
+                libm::exp(rates.first_passage),
+                inverse,
+                max_relative = 1e-10
+            );
             let flow = |b: usize| -> f64 {
                 let rates = network.rates[b].iter();
-                rates.map(|(j, rate)| rate.exp() * chances[*j]).sum()
+                rates.map(|(j, rate)| libm::exp(*rate) * chances[*j]).sum()
             };
             let steady: f64 = shares.iter().zip(sources).map(|(p, b)| p * flow(b)).sum();
-            approx::assert_relative_eq!(rates.steady_state.exp(), steady, max_relative = 1e-10);
+            approx::assert_relative_eq!(
+                libm::exp(rates.steady_state),
+                steady,
+                max_relative = 1e-10
+            );
         }
     }
 
@@ -445,7 +457,7 @@ mod tests {
             network.log_committors(&b, &a),
         );
         for (q, p) in to.iter().zip(&from) {
-            assert!((q.exp() + p.exp() - 1.0).abs() < 1e-12);
+            assert!((libm::exp(*q) + libm::exp(*p) - 1.0).abs() < 1e-12);
         }
         // A chain of barriers, exactly: times add up.
         let step = -350.0;
@@ -515,8 +527,12 @@ mod tests {
         let temperature = 0.25;
         let eyring =
             RateNetwork::new(&pass(Some(-9.0)), temperature, Dynamics::TransitionState).unwrap();
-        let expected = 2.0 * 1.0_f64.exp() / TAU * (-8.0_f64).exp();
-        approx::assert_relative_eq!(eyring.log_rate(0, 1).exp(), expected, max_relative = 1e-12);
+        let expected = 2.0 * libm::exp(1.0_f64) / TAU * libm::exp(-8.0_f64);
+        approx::assert_relative_eq!(
+            libm::exp(eyring.log_rate(0, 1)),
+            expected,
+            max_relative = 1e-12
+        );
         assert!(eyring.log_rate(0, 0) < -f64::MAX);
         // Detailed balance with the harmonic weights.
         let back = eyring.log_weights[0] + eyring.log_rate(0, 1) - eyring.log_weights[1];
@@ -527,7 +543,7 @@ mod tests {
                 temperature,
                 Dynamics::Kramers { friction },
             );
-            network.unwrap().log_rate(0, 1).exp() / expected
+            libm::exp(network.unwrap().log_rate(0, 1)) / expected
         };
         approx::assert_relative_eq!(kramers(0.0), 1.0, max_relative = 1e-12);
         approx::assert_relative_eq!(kramers(6.0), 2.0_f64.sqrt() - 1.0, max_relative = 1e-12);

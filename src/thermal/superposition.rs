@@ -35,7 +35,7 @@ impl Well {
         let order = f64::from(vibrations.point_group_order);
         Self {
             energy,
-            log_width: -0.5 * vibrations.log_product - order.ln(),
+            log_width: -0.5 * vibrations.log_product - libm::log(order),
         }
     }
 
@@ -108,7 +108,7 @@ impl Superposition {
     /// # Panics
     /// If `temperature` is not positive and finite; so in all functions of the temperature.
     pub fn log_partition_functions(&self, temperature: f64) -> Vec<f64> {
-        let powers = self.modes as f64 * checked(temperature).ln();
+        let powers = self.modes as f64 * libm::log(checked(temperature));
         let wells = self.wells.iter();
         wells
             .map(|well| well.log_weight(temperature) + powers)
@@ -125,7 +125,10 @@ impl Superposition {
     pub fn occupation(&self, temperature: f64) -> Vec<f64> {
         let weights = self.log_partition_functions(temperature);
         let sum = log_sum(weights.iter().copied());
-        weights.iter().map(|weight| (weight - sum).exp()).collect()
+        weights
+            .iter()
+            .map(|weight| libm::exp(weight - sum))
+            .collect()
     }
 
     /// Mean and variance of the energy Vᵢ of the occupied minimum.
@@ -152,7 +155,7 @@ impl Superposition {
     pub fn landscape_entropy(&self, temperature: f64) -> f64 {
         let occupation = self.occupation(temperature);
         let occupied = occupation.iter().filter(|p| **p > 0.0);
-        occupied.map(|p| -p * p.ln()).sum::<f64>().max(0.0)
+        occupied.map(|p| -p * libm::log(*p)).sum::<f64>().max(0.0)
     }
 
     /// Free energies of the minima and transition states as a landscape: the `energy` of each entry becomes
@@ -176,7 +179,7 @@ impl Superposition {
         temperature: f64,
     ) -> Result<Database, Missing> {
         assert_eq!(database.minima.len(), self.wells.len());
-        let ln = checked(temperature).ln();
+        let ln = libm::log(checked(temperature));
         // The powers of the temperature that all minima have are left out; one less at transition states.
         let free = |well: &Well, fewer: f64| -temperature * (well.log_weight(temperature) - fewer);
         let minima: Vec<f64> = self.wells.iter().map(|well| free(well, 0.0)).collect();
@@ -264,7 +267,11 @@ mod tests {
         assert!(wells.landscape_entropy(1e-3) < 1e-12);
         // Very hot: widths decide.
         let hot = wells.occupation(1e9);
-        approx::assert_relative_eq!(hot[3] / hot[2], 0.05_f64.exp() / 4.0, max_relative = 1e-6);
+        approx::assert_relative_eq!(
+            hot[3] / hot[2],
+            libm::exp(0.05_f64) / 4.0,
+            max_relative = 1e-6
+        );
     }
 
     #[test]
@@ -283,10 +290,10 @@ mod tests {
         let wells = Superposition::new(&database).unwrap();
         let free = wells.free_energy_landscape(&database, temperature).unwrap();
         let barrier = free.transition_states[0].energy - free.minima[0].energy;
-        let rate = temperature / std::f64::consts::TAU * (-barrier / temperature).exp();
+        let rate = temperature / std::f64::consts::TAU * libm::exp(-barrier / temperature);
         // (o/o‡) (∏ω/∏ω‡)/2π exp(−ΔV/T)
-        let expected = 2.0 * (0.5_f64 * (4.0 - 2.5)).exp() / std::f64::consts::TAU
-            * (-2.0_f64 / temperature).exp();
+        let expected = 2.0 * libm::exp(0.5_f64 * (4.0 - 2.5)) / std::f64::consts::TAU
+            * libm::exp(-2.0_f64 / temperature);
         approx::assert_relative_eq!(rate, expected, max_relative = 1e-12);
         let lowest = free.minima.iter().map(|minimum| minimum.energy);
         assert!(lowest.fold(f64::INFINITY, f64::min).abs() < 1e-15);

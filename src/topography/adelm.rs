@@ -231,12 +231,12 @@ impl<'a> Walk<'a> {
         let ratio = self
             .kernel
             .propose(&self.state, law, self.step, rng, &mut self.proposal);
-        let accepted = rng.random::<f64>().ln() < ratio;
+        let accepted = libm::log(rng.random::<f64>()) < ratio;
         // The adaptation fades (Robbins and Monro): early steps find the scale, and late ones hardly change the
         // distribution. Moves of the discrete part have no length, so they are excluded.
         if self.steered && self.proposal.coordinates != self.state.coordinates {
-            let chance = ratio.exp().min(1.0);
-            self.step *= ((chance - ACCEPTANCE) / (self.steps as f64).powf(0.6)).exp();
+            let chance = libm::exp(ratio).min(1.0);
+            self.step *= libm::exp((chance - ACCEPTANCE) / libm::pow(self.steps as f64, 0.6));
         }
         if !accepted {
             return None;

@@ -68,8 +68,10 @@ impl DiagramSettings {
 
 /// Returns `count` values from `low` to `high` with equal ratios.
 pub fn log_grid(low: f64, high: f64, count: usize) -> Vec<f64> {
-    let ratio = (high / low).ln() / count.saturating_sub(1).max(1) as f64;
-    (0..count).map(|k| low * (ratio * k as f64).exp()).collect()
+    let ratio = libm::log(high / low) / count.saturating_sub(1).max(1) as f64;
+    (0..count)
+        .map(|k| low * libm::exp(ratio * k as f64))
+        .collect()
 }
 
 /// The measured diagram and its recommendation.

@@ -354,7 +354,7 @@ mod tests {
         // A regular tetrahedron of atoms, not aligned with any axis.
         let energy = LennardJones::new(4);
         let piece = Piece::new(&energy, Vec::new());
-        let half = 0.5 * 2.0_f64.powf(1.0 / 6.0) / 2.0_f64.sqrt();
+        let half = 0.5 * libm::pow(2.0_f64, 1.0 / 6.0) / 2.0_f64.sqrt();
         let corners = [
             [1.0, 1.0, 1.0],
             [1.0, -1.0, -1.0],
@@ -421,11 +421,11 @@ mod tests {
         // A pair of atoms has one mode and five free motions. V″ = 36 · 4^⅓ along r; the mode of both atoms has twice that.
         let energy = LennardJones::new(2);
         let piece = Piece::new(&energy, Vec::new());
-        let x = [0.0, 0.0, 0.0, 2.0_f64.powf(1.0 / 6.0), 0.0, 0.0];
+        let x = [0.0, 0.0, 0.0, libm::pow(2.0_f64, 1.0 / 6.0), 0.0, 0.0];
         let modes = piece.modes(&x, 1e-5).unwrap();
         assert_eq!(modes.curvatures.len(), 1);
         assert!(
-            (modes.curvatures[0] - 2.0 * 36.0 * 4.0_f64.powf(1.0 / 3.0)).abs() < 1e-3,
+            (modes.curvatures[0] - 2.0 * 36.0 * libm::pow(4.0_f64, 1.0 / 3.0)).abs() < 1e-3,
             "{}",
             modes.curvatures[0]
         );

@@ -318,7 +318,7 @@ mod tests {
         }
 
         fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
-            let radius = x[0].hypot(x[1]);
+            let radius = libm::hypot(x[0], x[1]);
             let (stretch, well) = (radius - 1.0, x[2] * x[2] - 1.0);
             gradient[0] = 10.0 * stretch * x[0] / radius;
             gradient[1] = 10.0 * stretch * x[1] / radius;

@@ -1,7 +1,7 @@
 //! Minima: descents, removal of duplicates, and basin hopping if no population is given.
 
+use crate::sample::standard_normal;
 use rand::RngExt;
-use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -287,7 +287,7 @@ impl Walker {
         let kick: Vec<f64> = scales
             .iter()
             .map(|s| {
-                let noise: f64 = StandardNormal.sample(&mut self.rng);
+                let noise = standard_normal(&mut self.rng);
                 share * s * noise
             })
             .collect();
@@ -297,7 +297,7 @@ impl Walker {
         let chance: f64 = self.rng.random();
         let settled = |quench: &Quench| quench.stop == StopReason::Converged;
         let accepted = match (settled(&next), settled(&self.here)) {
-            (true, true) => chance < ((self.here.energy - next.energy) / self.temperature).exp(),
+            (true, true) => chance < libm::exp((self.here.energy - next.energy) / self.temperature),
             (true, false) => true,
             (false, true) => false,
             (false, false) => next.energy < self.here.energy,

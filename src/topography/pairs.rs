@@ -211,7 +211,7 @@ mod tests {
         let point = |i: u32| {
             let angle = 2.399_963 * f64::from(i);
             let radius = f64::from(i).sqrt();
-            vec![radius * angle.cos(), radius * angle.sin()]
+            vec![radius * libm::cos(angle), radius * libm::sin(angle)]
         };
         let minima: Vec<Minimum> = (0..150)
             .map(|i| Minimum {

@@ -1,6 +1,6 @@
 //! Scales of energy and length of a surface. Tolerances and steps are set in these units.
 
-use rand_distr::{Distribution, StandardNormal};
+use crate::sample::standard_normal;
 use serde::{Deserialize, Serialize};
 
 use super::audit::AuditSettings;
@@ -126,9 +126,7 @@ fn reach(
 
 /// Draws a tangent of the given length in a random direction.
 pub(super) fn random_tangent(dimensions: usize, length: f64, rng: &mut Rng) -> Vec<f64> {
-    let mut tangent: Vec<f64> = (0..dimensions)
-        .map(|_| StandardNormal.sample(rng))
-        .collect();
+    let mut tangent: Vec<f64> = (0..dimensions).map(|_| standard_normal(rng)).collect();
     let norm = norm(&tangent);
     scale(&mut tangent, length / norm);
     tangent

@@ -217,7 +217,12 @@ fn a_mesh_that_runs_through_itself_is_told() {
     for ring in 0..rings {
         let angle = 7.0 * f64::from(ring) / f64::from(rings - 1);
         for (out, up) in [(0.02, -0.01), (0.04, -0.01), (0.04, 0.01), (0.02, 0.01)] {
-            let _ = writeln!(text, "v {} {} {up}", out * angle.cos(), out * angle.sin());
+            let _ = writeln!(
+                text,
+                "v {} {} {up}",
+                out * libm::cos(angle),
+                out * libm::sin(angle)
+            );
         }
     }
     for ring in 0..rings - 1 {

@@ -201,6 +201,19 @@ fn hand_that_does_not_match_its_description() {
         ],
     );
     let sentence = Desk::refusal(|parts| {
+        metadata(parts, |value| {
+            value["hands"][0]["surface_hash"] = json!("0");
+        })
+    });
+    assert_says(
+        &sentence,
+        &[
+            "spoilt.parquet: hand `human` does not match",
+            "placed the surface points",
+            "--hand",
+        ],
+    );
+    let sentence = Desk::refusal(|parts| {
         metadata(parts, |value| value["hands"][0]["description"] = json!([]))
     });
     assert_says(

@@ -137,7 +137,7 @@ fn the_mirrored_hand_is_the_mirror_image() {
         let mut x = right.rest_coordinates();
         x[..7].copy_from_slice(&[0.1, -0.2, 0.3, 0.5, 0.1, -0.7, 0.2]);
         for (i, q) in x[7..].iter_mut().enumerate() {
-            *q += 0.4 * (i as f64).sin();
+            *q += 0.4 * libm::sin(i as f64);
         }
         let mut of_left = x.clone();
         for i in [0, 5, 6] {
@@ -189,7 +189,7 @@ fn forces_are_pulled_back_through_skinning_and_corrections() {
         };
         let mut x = hand.rest_coordinates();
         let tangent: Vec<f64> = (0..space.tangents())
-            .map(|i| 0.02 * ((i * i) as f64).sin())
+            .map(|i| 0.02 * libm::sin((i * i) as f64))
             .collect();
         space.exp(&mut x, &tangent);
         let mut posed = PosedHand::default();

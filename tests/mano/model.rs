@@ -68,7 +68,7 @@ impl Model {
                 let share = f64::from(ring) / f64::from(rings - 1);
                 let narrow = 1.0 - 0.3 * (2.0 * share - 1.0).powi(2);
                 for corner in 0..8 {
-                    let (sin, cos) = (std::f64::consts::FRAC_PI_4 * f64::from(corner)).sin_cos();
+                    let (sin, cos) = libm::sincos(std::f64::consts::FRAC_PI_4 * f64::from(corner));
                     let out = across * (cos * radius[1]) + third * (sin * radius[0]);
                     template.extend((a.lerp(b, share) + out * narrow).iter());
                     owners.push((l, share));

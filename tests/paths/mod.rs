@@ -325,7 +325,7 @@ fn check_symmetry(symmetry: Symmetry, motion: &Isometry3<f64>) {
         width: distance / 3.0,
     };
     let minima = minima_below(&energy, &[a, far]);
-    let height = -2.0 * (-9.0_f64 / 8.0).exp();
+    let height = -2.0 * libm::exp(-9.0_f64 / 8.0);
     for method in METHODS {
         let found = straight(
             &energy,

@@ -50,7 +50,7 @@ impl<S: Space> Energy for Wells<S> {
         for centre in &self.centres {
             let distance = self.space.log(x, centre, &mut toward);
             let square = self.width * self.width;
-            let depth = (-0.5 * distance * distance / square).exp();
+            let depth = libm::exp(-0.5 * distance * distance / square);
             energy -= depth;
             for (g, t) in gradient.iter_mut().zip(&toward) {
                 *g -= depth * t / square;
@@ -70,7 +70,7 @@ impl Energy for Ridge {
 
     fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
         let (well, off) = (x[0] * x[0] - 1.0, (x[0] - 0.375) / 0.016);
-        let ridge = (-0.5 * off * off).exp();
+        let ridge = libm::exp(-0.5 * off * off);
         gradient[0] = 4.0 * x[0] * well - ridge * off / 0.016;
         gradient[1] = 6.0 * x[1];
         well * well + 3.0 * x[1] * x[1] + ridge
@@ -144,8 +144,8 @@ impl Kernel for Guide<'_> {
         let target = law.attraction.as_ref().unwrap().target;
         let x = &state.coordinates;
         let turn = if target[0] > 0.0 { -0.05 } else { 0.05 };
-        let angle = x[1].atan2(x[0]) + turn;
-        *proposal = self.start(&[angle.cos(), angle.sin()]);
+        let angle = libm::atan2(x[1], x[0]) + turn;
+        *proposal = self.start(&[libm::cos(angle), libm::sin(angle)]);
         f64::INFINITY
     }
 }
@@ -160,7 +160,7 @@ impl Energy for Wave {
 
     /// −cos 2θ + ½ sin θ.
     fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
-        gradient[0] = 2.0 * (2.0 * x[0]).sin() + 0.5 * x[0].cos();
-        -(2.0 * x[0]).cos() + 0.5 * x[0].sin()
+        gradient[0] = 2.0 * libm::sin(2.0 * x[0]) + 0.5 * libm::cos(x[0]);
+        -libm::cos(2.0 * x[0]) + 0.5 * libm::sin(x[0])
     }
 }

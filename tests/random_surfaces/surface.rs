@@ -40,7 +40,7 @@ impl Surface {
                 let normal: f64 = StandardNormal.sample(&mut rng);
                 waves.push(Wave {
                     k,
-                    amplitude: normal / k[0].hypot(k[1]),
+                    amplitude: normal / libm::hypot(k[0], k[1]),
                     phase: rng.random_range(0.0..TAU),
                 });
             }
@@ -80,7 +80,7 @@ impl Surface {
         let mut heights = vec![0.0; n * n];
         for wave in &self.waves {
             let table: Vec<f64> = (0..n)
-                .map(|m| wave.amplitude * (TAU * m as f64 / n as f64 + wave.phase).cos())
+                .map(|m| wave.amplitude * libm::cos(TAU * m as f64 / n as f64 + wave.phase))
                 .collect();
             // Whole numbers modulo n.
             let [step0, step1] = wave.k.map(|k| whole(k.rem_euclid(n as f64)));
@@ -108,7 +108,7 @@ impl Energy for Surface {
         gradient.fill(0.0);
         let mut energy = 0.0;
         for wave in &self.waves {
-            let (sine, cosine) = (wave.k[0] * x[0] + wave.k[1] * x[1] + wave.phase).sin_cos();
+            let (sine, cosine) = libm::sincos(wave.k[0] * x[0] + wave.k[1] * x[1] + wave.phase);
             energy += wave.amplitude * cosine;
             gradient[0] -= wave.amplitude * wave.k[0] * sine;
             gradient[1] -= wave.amplitude * wave.k[1] * sine;

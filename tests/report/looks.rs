@@ -157,7 +157,7 @@ fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
         if c <= 0.04045 {
             c / 12.92
         } else {
-            ((c + 0.055) / 1.055).powf(2.4)
+            libm::pow((c + 0.055) / 1.055, 2.4)
         }
     };
     let cones = [
@@ -172,7 +172,7 @@ fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     ];
     let seen = |colour: &[f64; 3], sight: &[[f64; 3]; 3]| {
         let light = times(sight, colour.map(linear)).map(|c| c.clamp(0.0, 1.0));
-        times(&lab, times(&cones, light).map(f64::cbrt))
+        times(&lab, times(&cones, light).map(libm::cbrt))
     };
     let gap = |sight| {
         let (a, b) = (seen(a, sight), seen(b, sight));

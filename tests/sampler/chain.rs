@@ -67,7 +67,7 @@ pub(crate) fn run(
                         Rule::Plain => (state.energy - proposal.energy) / run.temperature,
                         Rule::Always => 0.0,
                     };
-                    if rng.random::<f64>().ln() < log_ratio {
+                    if libm::log(rng.random::<f64>()) < log_ratio {
                         std::mem::swap(&mut state, &mut proposal);
                         accepted += 1.0;
                     }

@@ -83,7 +83,7 @@ fn energy(stride: usize, settings: EnergySettings) -> GraspEnergy {
 /// Settings with an active rank condition and hands that should face the object.
 fn with_more_terms() -> EnergySettings {
     EnergySettings {
-        rank_weight: 1.0,
+        rank_weight: 2.0,
         rank_epsilon: 0.5,
         alignment_weight: 0.5,
         ..EnergySettings::four_points()
@@ -124,7 +124,7 @@ fn deviate(settings: EnergySettings, moves: ContactMoves, rule: Rule) -> f64 {
     let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
     let weights: Vec<f64> = costs
         .iter()
-        .map(|e| ((least - e) / TEMPERATURE).exp())
+        .map(|e| libm::exp((least - e) / TEMPERATURE))
         .collect();
     let total: f64 = weights.iter().sum();
     // Sets by rising energy fill the groups one by one.
@@ -161,7 +161,7 @@ fn deviate(settings: EnergySettings, moves: ContactMoves, rule: Rule) -> f64 {
         step: 0.0,
         chains: 4,
         batches: 60,
-        length: 1500,
+        length: 3000,
     };
     let place = |contacts: &[u32]| {
         let mut set = contacts.to_vec();
@@ -276,7 +276,7 @@ fn beyond(energy: &GraspEnergy, x: &[f64], others: &[u32], index: u32, allowance
             .shape
             .distance(&posed.points[index as usize]);
         let rounding = settings.distance_rounding_m;
-        RAMP.distance * settings.distance_weight * (distance_m.hypot(rounding) - rounding)
+        RAMP.distance * settings.distance_weight * (libm::hypot(distance_m, rounding) - rounding)
             / energy.unit_m()
     };
     let points = u32::try_from(energy.hand().surface.len()).unwrap();

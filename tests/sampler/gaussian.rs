@@ -90,7 +90,7 @@ impl Energy for Gaussian {
         let radius = self.space.metric().radius_of_gyration_m;
         let turn: Vector3<f64> = u.fixed_rows::<3>(3) / radius;
         let angle = turn.norm().max(1e-6);
-        let (sine, cosine) = (0.5 * angle).sin_cos();
+        let (sine, cosine) = libm::sincos(0.5 * angle);
         let mut slope = self.precision * u;
         let mut exponent = 0.5 * u.dot(&slope);
         // Of the logarithm by a turn of the body: the inverse of the right Jacobian of SO(3).
@@ -99,7 +99,7 @@ impl Energy for Gaussian {
         let by_body = Matrix3::identity() + cross * 0.5 + cross * cross * bend;
         let mut by_turn: Vector3<f64> = by_body.tr_mul(&slope.fixed_rows::<3>(3));
         if self.haar {
-            exponent += 2.0 * (2.0 * sine / angle).ln();
+            exponent += 2.0 * libm::log(2.0 * sine / angle);
             by_turn += turn * ((cosine / sine - 2.0 / angle) / (angle * radius));
         }
         slope.fixed_rows_mut::<3>(3).copy_from(&by_turn);
@@ -110,7 +110,7 @@ impl Energy for Gaussian {
 
 /// Density of χ² with 8 degrees of freedom, up to a factor.
 fn chi_squared(squared: f64) -> f64 {
-    squared.powi(3) * (-0.5 * squared).exp()
+    squared.powi(3) * libm::exp(-0.5 * squared)
 }
 
 const MOMENTS: usize = SIZE + SIZE * (SIZE + 1) / 2;
@@ -135,7 +135,7 @@ fn deviates(haar: bool, rule: Rule, step: f64) -> Deviates {
         step,
         chains: 4,
         batches: 100,
-        length: 2000,
+        length: 3000,
     };
     let edges = quantiles(0.0, 80.0, BINS.try_into().unwrap(), chi_squared);
     let observe = |state: &State, sums: &mut [f64]| {

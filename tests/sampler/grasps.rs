@@ -128,7 +128,7 @@ fn contacts(
     let contact = |point: &Vector3<f64>| {
         let from = point - v;
         let distance_m = from.norm() - BALL_M;
-        let cost = weight * (distance_m.hypot(ROUNDING_M) - ROUNDING_M);
+        let cost = weight * (libm::hypot(distance_m, ROUNDING_M) - ROUNDING_M);
         (cost, -from.normalize())
     };
     candidates.iter().map(contact).collect()
@@ -140,7 +140,7 @@ fn contact_energy(energy: &GraspEnergy, contacts: &[(f64, Vector3<f64>)], set: &
     let own: f64 = members().map(|(cost, _)| cost).sum();
     let net: Vector3<f64> = members().map(|(_, normal)| normal).sum();
     let rounding = energy.settings().force_closure_rounding;
-    own + energy.settings().force_closure_weight * (net.norm().hypot(rounding) - rounding)
+    own + energy.settings().force_closure_weight * (libm::hypot(net.norm(), rounding) - rounding)
 }
 
 /// Number of observables of (S, v): the shares of all sets but one, mean and second moments of v (in units of a
@@ -191,7 +191,7 @@ fn expectations(energy: &GraspEnergy, steps: i32) -> [f64; OBSERVABLES] {
                 }
                 for (number, set) in sets.iter().enumerate() {
                     let cost = contact_energy(energy, &contacts, set);
-                    let weight = (-cost / TEMPERATURE).exp();
+                    let weight = libm::exp(-cost / TEMPERATURE);
                     total += weight;
                     for (sum, value) in sums.iter_mut().zip(observables(number, &v, cost)) {
                         *sum += weight * value;
@@ -262,7 +262,7 @@ fn chains(energy: &GraspEnergy, kernel: &dyn Kernel, rule: Rule) -> Seen {
     let sets = sets(6, CONTACTS);
     let first = energy.contact_candidates()[0];
     let edges = quantiles(-3.0, 3.0, BINS.try_into().unwrap(), |q| {
-        (-joint_energy(energy, q) / TEMPERATURE).exp()
+        libm::exp(-joint_energy(energy, q) / TEMPERATURE)
     });
     let settings = Run {
         rule,

@@ -61,7 +61,7 @@ fn mean(a: f64, b: f64, f: impl Fn(f64) -> f64) -> f64 {
 fn bessel(z: f64) -> f64 {
     // Periodic, so sixty-four points are exact to rounding for these arguments.
     (0..64)
-        .map(|k| (z * (std::f64::consts::TAU * f64::from(k) / 64.0).cos()).exp())
+        .map(|k| libm::exp(z * libm::cos(std::f64::consts::TAU * f64::from(k) / 64.0)))
         .sum::<f64>()
         / 64.0
 }
@@ -76,7 +76,7 @@ fn mean_diagonal(s: [f64; 3]) -> Vector3<f64> {
         let weight = |u: f64| {
             bessel(0.5 * (s[i] - s[j]) * (1.0 - u))
                 * bessel(0.5 * (s[i] + s[j]) * (1.0 + u))
-                * (s[k] * u).exp()
+                * libm::exp(s[k] * u)
         };
         mean(-1.0, 1.0, |u| u * weight(u)) / mean(-1.0, 1.0, weight)
     })
@@ -159,9 +159,9 @@ fn the_gradient_is_the_derivative() {
 #[test]
 fn the_expected_mean_agrees_with_the_law_of_the_angle() {
     let kappa = 0.8;
-    let weight = |angle: f64| (1.0 - angle.cos()) * (2.0 * kappa * angle.cos()).exp();
+    let weight = |angle: f64| (1.0 - libm::cos(angle)) * libm::exp(2.0 * kappa * libm::cos(angle));
     let pi = std::f64::consts::PI;
-    let cosine = mean(0.0, pi, |a| a.cos() * weight(a)) / mean(0.0, pi, weight);
+    let cosine = mean(0.0, pi, |a| libm::cos(a) * weight(a)) / mean(0.0, pi, weight);
     let diagonal = mean_diagonal([kappa; 3]);
     assert!((diagonal - Vector3::repeat((1.0 + 2.0 * cosine) / 3.0)).norm() < 1e-6);
 }
@@ -188,16 +188,16 @@ fn angles_have_their_law() {
     let fisher = Fisher::new(Matrix3::identity() * kappa);
     let pi = std::f64::consts::PI;
     let deviate = |volume: &dyn Fn(f64) -> f64| {
-        let density = |angle: f64| volume(angle) * (2.0 * kappa * angle.cos()).exp();
+        let density = |angle: f64| volume(angle) * libm::exp(2.0 * kappa * libm::cos(angle));
         let edges = quantiles(0.0, pi, BINS.try_into().unwrap(), density);
         let seen = chains(&fisher, Rule::Exact, BINS - 1, |state, sums| {
             let x = &state.coordinates;
-            let angle = 2.0 * x[1].hypot(x[2]).hypot(x[3]).atan2(x[0].abs());
+            let angle = 2.0 * libm::atan2(libm::hypot(libm::hypot(x[1], x[2]), x[3]), x[0].abs());
             count(angle, &edges, sums);
         });
         deviation(&seen.batches, &[1.0 / BINS as f64; BINS - 1])
     };
-    let right = deviate(&|angle| 1.0 - angle.cos());
+    let right = deviate(&|angle| 1.0 - libm::cos(angle));
     assert!(right < CHANCE, "{right}");
     let wrong = deviate(&|angle| angle * angle);
     assert!(wrong > WRONG, "{wrong}");

@@ -30,7 +30,7 @@ pub(crate) fn deviation(batches: &[Vec<f64>], expected: &[f64]) -> f64 {
     let mean = mean.component_mul(&scale);
     let squared = count as f64 * mean.dot(&scaled.cholesky().unwrap().solve(&mean));
     let (a, b) = (size as f64, (count - size) as f64);
-    let cube_root = (b / (a * (count - 1) as f64) * squared).cbrt();
+    let cube_root = libm::cbrt(b / (a * (count - 1) as f64) * squared);
     let (variance_a, variance_b) = (2.0 / (9.0 * a), 2.0 / (9.0 * b));
     ((1.0 - variance_b) * cube_root - (1.0 - variance_a))
         / (variance_b * cube_root * cube_root + variance_a).sqrt()

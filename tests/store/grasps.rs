@@ -85,6 +85,7 @@ fn a_mixed_file_holds_several_landscapes() {
     mixed.metadata.hands.push(HandMetadata {
         name: "a stick".into(),
         surface_points: 40,
+        surface_hash: None,
         ..HandMetadata::default()
     });
     mixed.grasps[0].object = "bowl".into();

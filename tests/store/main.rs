@@ -40,6 +40,7 @@ fn hand() -> HandMetadata {
         joint_names: vec!["left".into(), "right".into()],
         limits_rad: vec![[-0.3, 1.0 / 3.0], [f64::NEG_INFINITY, f64::INFINITY]],
         surface_points: 40,
+        surface_hash: None,
         description: vec![TextFile {
             name: "hand.urdf".into(),
             text: "<robot name=\"ü\"/>\n".into(),
@@ -68,7 +69,7 @@ fn grasp(id: u64) -> GraspRow {
         grasp: Grasp::new(
             Pose::new(
                 [0.1 * half, -1.0 / 3.0, f64::MIN_POSITIVE],
-                [half.cos(), half.sin(), 0.0, 0.0],
+                [libm::cos(half), libm::sin(half), 0.0, 0.0],
                 &[0.2, -7.0],
             ),
             vec![39, 0, 7],

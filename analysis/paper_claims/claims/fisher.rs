@@ -19,14 +19,14 @@ pub(super) fn fisher_exact(successes: [usize; 2], sizes: [usize; 2]) -> f64 {
     let (all, hits) = (sizes[0] + sizes[1], successes[0] + successes[1]);
     let logarithms: Vec<f64> = (0..=all)
         .scan(0.0, |sum, k| {
-            *sum += (k.max(1) as f64).ln();
+            *sum += libm::log(k.max(1) as f64);
             Some(*sum)
         })
         .collect();
     let ways = |n: usize, k: usize| logarithms[n] - logarithms[k] - logarithms[n - k];
     let least = successes[0].max((hits + sizes[0]).saturating_sub(all));
     let tail = least..=hits.min(sizes[0]);
-    tail.map(|k| (ways(hits, k) + ways(all - hits, sizes[0] - k) - ways(all, sizes[0])).exp())
+    tail.map(|k| libm::exp(ways(hits, k) + ways(all - hits, sizes[0] - k) - ways(all, sizes[0])))
         .sum::<f64>()
         .min(1.0)
 }

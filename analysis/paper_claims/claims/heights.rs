@@ -213,7 +213,7 @@ impl Asked<'_> {
             let category = taxonomy
                 .numbered(candidate.number)
                 .map(|entry| entry.category as usize);
-            let weight = ((candidate.score - first) / self.settings.label_temperature).exp();
+            let weight = libm::exp((candidate.score - first) / self.settings.label_temperature);
             match category {
                 Some(POWER) => weights[0] += weight,
                 Some(PRECISION) => weights[1] += weight,

@@ -49,7 +49,7 @@ impl Energy for MullerBrown {
         let mut energy = 0.0;
         for k in 0..4 {
             let (dx, dy) = (x[0] - X[k], x[1] - Y[k]);
-            let value = HEIGHT[k] * (A[k] * dx * dx + B[k] * dx * dy + C[k] * dy * dy).exp();
+            let value = HEIGHT[k] * libm::exp(A[k] * dx * dx + B[k] * dx * dy + C[k] * dy * dy);
             energy += value;
             gradient[0] += value * (2.0 * A[k] * dx + B[k] * dy);
             gradient[1] += value * (B[k] * dx + 2.0 * C[k] * dy);
@@ -67,7 +67,7 @@ impl Energy for MullerBrown {
         hessian.fill(0.0);
         for k in 0..4 {
             let (dx, dy) = (x[0] - X[k], x[1] - Y[k]);
-            let value = HEIGHT[k] * (A[k] * dx * dx + B[k] * dx * dy + C[k] * dy * dy).exp();
+            let value = HEIGHT[k] * libm::exp(A[k] * dx * dx + B[k] * dx * dy + C[k] * dy * dy);
             let slope = [2.0 * A[k] * dx + B[k] * dy, B[k] * dx + 2.0 * C[k] * dy];
             hessian[0] += value * (slope[0] * slope[0] + 2.0 * A[k]);
             hessian[1] += value * (slope[0] * slope[1] + B[k]);

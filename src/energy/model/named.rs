@@ -126,7 +126,7 @@ pub const MODELS: &[Model] = &[
             let [count] = words else { return None };
             let atoms = whole(*count, 2..=100)?;
             // Half the side of a box in which compact clusters are common.
-            let half = 0.62 * (atoms as f64).cbrt();
+            let half = 0.62 * libm::cbrt(atoms as f64);
             Some(Surface {
                 coordinates: "atoms",
                 ..surface(

@@ -50,7 +50,7 @@ impl Energy for ThreeHole {
         gradient[1] = 0.8 * wall_y.powi(3);
         for k in 0..4 {
             let (dx, dy) = (x[0] - X[k], x[1] - Y[k]);
-            let value = HEIGHT[k] * (-dx * dx - dy * dy).exp();
+            let value = HEIGHT[k] * libm::exp(-dx * dx - dy * dy);
             energy += value;
             gradient[0] -= 2.0 * dx * value;
             gradient[1] -= 2.0 * dy * value;

@@ -41,7 +41,7 @@ impl Energy for Torsion {
         let mut energy = 0.0;
         for i in 0..n {
             let fold = f64::from(self.folds[i]);
-            let (sine, cosine) = (fold * x[i]).sin_cos();
+            let (sine, cosine) = libm::sincos(fold * x[i]);
             energy += self.heights[i] * (1.0 - cosine);
             gradient[i] = self.heights[i] * fold * sine;
         }

@@ -67,7 +67,7 @@ impl Fits {
 
     /// Probabilities of the types by number.
     fn probabilities(&self, sharpness: f64) -> Vec<f64> {
-        let blunted = |fit: f64| fit.powf(sharpness);
+        let blunted = |fit: f64| libm::pow(fit, sharpness);
         let sum: f64 = self.0.iter().flatten().copied().map(blunted).sum();
         let share =
             |fit: &Option<f64>| fit.map_or(0.0, |fit| blunted(fit) / sum.max(f64::MIN_POSITIVE));
@@ -183,7 +183,7 @@ fn value(cue: &Cue, entry: &GraspType, facts: &Facts, held: Option<&Held>) -> Op
             let ([low, high], held) = (entry.size_mm?, held?);
             let size = 1e3 * held.size_m(&entry.forms).max(1e-6);
             let miss = (low / size).max(size / high).max(1.0);
-            Some(1.0 - ramp(miss.ln(), 0.0, SIZE_FACTOR.ln()))
+            Some(1.0 - ramp(libm::log(miss), 0.0, libm::log(SIZE_FACTOR)))
         }
         _ => match cue.or.and_then(|other| facts.value(other)) {
             Some(other) => Some(facts.value(cue.fact).unwrap_or(0.0).max(other)),

@@ -457,7 +457,7 @@ pub(in crate::evaluation) fn touches_enough(mm2: f64) -> bool {
 pub(in crate::evaluation) fn thumb_elevation(anatomy: &Anatomy, posed: &PosedHand) -> Option<f64> {
     let volar = anatomy.palm_axes(posed).volar;
     let bone = anatomy.direction(posed, 1, Bone::Metacarpal)?;
-    Some(bone.dot(&volar).clamp(-1.0, 1.0).asin())
+    Some(libm::asin(bone.dot(&volar).clamp(-1.0, 1.0)))
 }
 
 /// Flexion of a finger at the knuckle, and at the joints beyond, radians.
@@ -470,7 +470,7 @@ pub(in crate::evaluation) fn flexion(
     let [proximal, middle, distal] = [Bone::Proximal, Bone::Middle, Bone::Distal]
         .map(|bone| anatomy.direction(posed, digit, bone));
     let (proximal, distal) = (proximal?, distal?);
-    let knuckle = f64::atan2(proximal.dot(&axes.volar), proximal.dot(&axes.distal));
+    let knuckle = libm::atan2(proximal.dot(&axes.volar), proximal.dot(&axes.distal));
     let beyond = match middle {
         Some(middle) => proximal.angle(&middle) + middle.angle(&distal),
         None => proximal.angle(&distal),

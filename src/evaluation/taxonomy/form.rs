@@ -191,7 +191,7 @@ impl Part {
     ) -> Held {
         let (axis, [round, edged]) = self.axis();
         let ball = self.ball();
-        let match_of = |angle: f64| (-(angle / MATCHES_RAD).powi(2)).exp();
+        let match_of = |angle: f64| libm::exp(-(angle / MATCHES_RAD).powi(2));
         let matches = [match_of(ball), match_of(round), match_of(edged), NAMELESS];
         let sum: f64 = matches.iter().sum();
         let solids = matches.map(|value| value / sum);
@@ -316,7 +316,7 @@ impl Part {
         let axes = self.box_axes(axis);
         let angle = |normal: &Vector3<f64>| {
             let most = axes[1..].iter().map(|side| side.dot(normal).abs());
-            most.fold(0.0, f64::max).min(1.0).acos()
+            libm::acos(most.fold(0.0, f64::max).min(1.0))
         };
         let sides = self.near.iter().filter(|(_, n)| n.dot(axis).abs() < END);
         self.with_ends(axis, sides.map(|(_, normal)| angle(normal)).collect())
@@ -327,7 +327,7 @@ impl Part {
         let ends: Vec<f64> = (self.near.iter())
             .map(|(_, normal)| normal.dot(axis).abs())
             .filter(|along| *along >= END)
-            .map(|along| along.min(1.0).acos())
+            .map(|along| libm::acos(along.min(1.0)))
             .collect();
         let share = sides.len() as f64 / self.near.len() as f64;
         let weight = if share > 0.05 { share.max(0.5) } else { share };

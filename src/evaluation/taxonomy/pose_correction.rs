@@ -299,7 +299,7 @@ pub(super) fn force_left_over(normals: &[Vector3<f64>], friction: f64) -> f64 {
             let across = normal.cross(&other).normalize();
             let along = normal.cross(&across);
             (0..EDGES).map(move |edge| {
-                let (sin, cos) = (TAU * f64::from(edge) / f64::from(EDGES)).sin_cos();
+                let (sin, cos) = libm::sincos(TAU * f64::from(edge) / f64::from(EDGES));
                 normal + friction * (across * cos + along * sin)
             })
         })

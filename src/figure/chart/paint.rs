@@ -129,7 +129,7 @@ impl Painter<'_> {
             for corner in piece.windows(3) {
                 let [from, to] = [[0, 1], [1, 2]].map(|[a, b]| {
                     let [dx, dy] = [0, 1].map(|k| corner[b][k] - corner[a][k]);
-                    let length = dx.hypot(dy);
+                    let length = libm::hypot(dx, dy);
                     [dx / length, dy / length]
                 });
                 if from[0] * to[0] + from[1] * to[1] < SHARP {

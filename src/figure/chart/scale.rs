@@ -16,7 +16,7 @@ impl Scale {
     pub(super) fn transform(self, value: f64) -> f64 {
         match self {
             Self::Linear => value,
-            Self::Logarithmic => value.log10(),
+            Self::Logarithmic => libm::log10(value),
         }
     }
 
@@ -24,7 +24,7 @@ impl Scale {
     pub(super) fn invert(self, place: f64) -> f64 {
         match self {
             Self::Linear => place,
-            Self::Logarithmic => 10f64.powf(place),
+            Self::Logarithmic => libm::pow(10f64, place),
         }
     }
 }
@@ -179,7 +179,7 @@ impl Span {
         let mut values = Vec::new();
         let mut exponent = self.low.floor();
         while exponent <= self.high {
-            values.extend((2..10).map(|factor| f64::from(factor) * 10f64.powf(exponent)));
+            values.extend((2..10).map(|factor| f64::from(factor) * libm::pow(10f64, exponent)));
             exponent += 1.0;
         }
         values.retain(|&value| (0.0..=1.0).contains(&self.part(value)));
@@ -205,7 +205,7 @@ mod tests {
         let log = Axis::logarithmic("x");
         let logs: Vec<f64> = ends(&log, &[1.0, 100.0])
             .iter()
-            .map(|end| end.log10())
+            .map(|end| libm::log10(*end))
             .collect();
         assert!((logs[0] + 0.1).abs() < 1e-12 && (logs[1] - 2.1).abs() < 1e-12);
         assert_eq!(ends(&linear.with_range(2.0, 3.0), &[-5.0]), [2.0, 3.0]);

@@ -11,7 +11,7 @@ fn wave(phase: f64) -> Vec<[f64; 2]> {
     (0..60)
         .map(|i| {
             let x = 0.1 * f64::from(i);
-            [x, (x + phase).sin() + 0.1 * rng.random::<f64>()]
+            [x, libm::sin(x + phase) + 0.1 * rng.random::<f64>()]
         })
         .collect()
 }
@@ -47,7 +47,7 @@ fn lines() -> Panel {
 
 fn powers() -> Panel {
     let law: Vec<[f64; 2]> = [3, 5, 10, 20, 100, 1000]
-        .map(|n| [f64::from(n), 0.21 * f64::from(n).powf(0.93)])
+        .map(|n| [f64::from(n), 0.21 * libm::pow(f64::from(n), 0.93)])
         .into();
     Panel {
         legend: Some(Corner::UpperLeft),
@@ -73,7 +73,7 @@ fn violins() -> Panel {
         half_width: 0.045,
         density: (0..50)
             .map(|step| 0.1 * f64::from(step))
-            .map(|y| [y, (-y / f64::from(k)).exp()])
+            .map(|y| [y, libm::exp(-y / f64::from(k))])
             .collect(),
         quartiles: Some([0.25, 0.5, 0.75].map(|part| part * f64::from(k))),
     };

@@ -73,7 +73,7 @@ pub fn stress(points: &[[f64; 2]], distances: &[f64]) -> f64 {
         for j in 0..i {
             let target = distances[i * count + j];
             if target > 0.0 && target.is_finite() {
-                let length = (points[i][0] - points[j][0]).hypot(points[i][1] - points[j][1]);
+                let length = libm::hypot(points[i][0] - points[j][0], points[i][1] - points[j][1]);
                 sum += ((length - target) / target).powi(2);
             }
         }
@@ -128,7 +128,7 @@ fn best_place(i: usize, points: &[[f64; 2]], distances: &[f64]) -> [f64; 2] {
             continue;
         }
         let apart = [points[i][0] - other[0], points[i][1] - other[1]];
-        let length = apart[0].hypot(apart[1]);
+        let length = libm::hypot(apart[0], apart[1]);
         let stretch = if length > 0.0 { target / length } else { 0.0 };
         let weight = target.powi(-2);
         for axis in 0..2 {
@@ -189,7 +189,7 @@ fn circle(count: usize, distances: &[f64]) -> Vec<[f64; 2]> {
     (0..count)
         .map(|index| {
             let angle = std::f64::consts::TAU * index as f64 / count as f64;
-            [radius * angle.cos(), radius * angle.sin()]
+            [radius * libm::cos(angle), radius * libm::sin(angle)]
         })
         .collect()
 }
@@ -206,7 +206,7 @@ pub fn separate(points: &mut [[f64; 2]], radii: &[f64], gap: f64) {
         for i in 0..points.len() {
             for j in 0..i {
                 let apart = [points[i][0] - points[j][0], points[i][1] - points[j][1]];
-                let length = apart[0].hypot(apart[1]);
+                let length = libm::hypot(apart[0], apart[1]);
                 let wanted = radii[i] + radii[j] + gap;
                 if length >= wanted - 1e-6 {
                     continue;
@@ -240,8 +240,11 @@ pub fn pack(sizes: &[[f64; 2]], aspect: f64) -> (Vec<[f64; 2]>, [f64; 2]) {
         let widest = turned.iter().map(|size| size[0]).fold(0.0, f64::max);
         let total: f64 = turned.iter().map(|size| size[0]).sum();
         for step in 0..=60 {
-            let limit =
-                widest * (total / widest.max(f64::MIN_POSITIVE)).powf(f64::from(step) / 60.0);
+            let limit = widest
+                * libm::pow(
+                    total / widest.max(f64::MIN_POSITIVE),
+                    f64::from(step) / 60.0,
+                );
             let (corners, extent) = shelves(&turned, limit * (1.0 + 1e-9));
             let extent = turn(extent);
             let needed = extent[0].max(extent[1] * aspect);
@@ -339,7 +342,7 @@ mod tests {
             .flat_map(|a| {
                 truth
                     .iter()
-                    .map(|b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]))
+                    .map(|b: &[f64; 2]| libm::hypot(a[0] - b[0], a[1] - b[1]))
             })
             .collect();
         let layout = majorise(5, &distances, 1);
@@ -360,7 +363,7 @@ mod tests {
             for j in 0..i {
                 let [a, b] = [layout.points[i], layout.points[j]];
                 assert!(
-                    (a[0] - b[0]).hypot(a[1] - b[1]) > 0.3,
+                    libm::hypot(a[0] - b[0], a[1] - b[1]) > 0.3,
                     "{i} and {j} coincide"
                 );
             }
@@ -378,7 +381,7 @@ mod tests {
         separate(&mut points, &radii, 0.5);
         for i in 0..12 {
             for j in 0..i {
-                let length = (points[i][0] - points[j][0]).hypot(points[i][1] - points[j][1]);
+                let length = libm::hypot(points[i][0] - points[j][0], points[i][1] - points[j][1]);
                 assert!(length >= radii[i] + radii[j] + 0.5 - 1e-3, "{length}");
             }
         }

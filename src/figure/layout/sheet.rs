@@ -69,8 +69,8 @@ fn turned(points: &[[f64; 2]]) -> (Vec<[f64; 2]>, [f64; 2]) {
             .map(|point| (point[a] - mean[a]) * (point[b] - mean[b]))
             .sum::<f64>()
     };
-    let angle = 0.5 * (2.0 * moment(0, 1)).atan2(moment(0, 0) - moment(1, 1));
-    let (sin, cos) = angle.sin_cos();
+    let angle = 0.5 * libm::atan2(2.0 * moment(0, 1), moment(0, 0) - moment(1, 1));
+    let (sin, cos) = libm::sincos(angle);
     let mut points: Vec<[f64; 2]> = points
         .iter()
         .map(|&[x, y]| [cos * x + sin * y, cos * y - sin * x])

@@ -43,7 +43,7 @@ impl Cone {
         Self {
             tip,
             axis: inward_normal,
-            half_angle_rad: friction.atan(),
+            half_angle_rad: libm::atan(friction),
             side_m,
             colour,
         }
@@ -51,7 +51,7 @@ impl Cone {
 
     /// Middle and radius of the disk that closes the cone.
     pub(super) fn base(&self) -> (Vector3<f64>, f64) {
-        let (sin, cos) = self.half_angle_rad.sin_cos();
+        let (sin, cos) = libm::sincos(self.half_angle_rad);
         (
             self.tip + self.axis * (self.side_m * cos),
             self.side_m * sin,
@@ -60,14 +60,14 @@ impl Cone {
 
     /// Corners and outward normals of the drawn triangles: first the side, then the base.
     pub(super) fn triangles(&self) -> Vec<[[Vector3<f64>; 3]; 2]> {
-        let (sin, cos) = self.half_angle_rad.sin_cos();
+        let (sin, cos) = libm::sincos(self.half_angle_rad);
         let (middle, radius) = self.base();
         let mut other = Vector3::zeros();
         other[self.axis.iamin()] = 1.0;
         let first = self.axis.cross(&other).normalize();
         let axes = Matrix3::from_columns(&[first, self.axis.cross(&first), self.axis]);
         let around = |step: f64| {
-            let (y, x) = (TAU * step / f64::from(FACES)).sin_cos();
+            let (y, x) = libm::sincos(TAU * step / f64::from(FACES));
             axes * Vector3::new(x, y, 0.0)
         };
         let normal = |step: f64| around(step) * cos - self.axis * sin;

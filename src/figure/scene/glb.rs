@@ -240,7 +240,7 @@ impl Writer {
         // Colours of surfaces are sRGB; glTF needs linear ones.
         let [red, green, blue] = surface
             .colour
-            .map(|byte| (f64::from(byte) / 255.0).powf(2.2));
+            .map(|byte| libm::pow(f64::from(byte) / 255.0, 2.2));
         self.materials.push(json!({
             "doubleSided": true,
             "pbrMetallicRoughness": {

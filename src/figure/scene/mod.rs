@@ -207,9 +207,9 @@ pub(super) mod tests {
                     std::f64::consts::TAU * f64::from(step % rings) / f64::from(rings),
                 );
                 let normal = Vector3::new(
-                    polar.sin() * around.cos(),
-                    polar.sin() * around.sin(),
-                    polar.cos(),
+                    libm::sin(polar) * libm::cos(around),
+                    libm::sin(polar) * libm::sin(around),
+                    libm::cos(polar),
                 );
                 vertices.push(centre + radius * normal);
             }

@@ -64,7 +64,7 @@ fn colour(colour: [u8; 3]) -> String {
         if value <= 0.04045 {
             value / 12.92
         } else {
-            ((value + 0.055) / 1.055).powf(2.4)
+            libm::pow((value + 0.055) / 1.055, 2.4)
         }
     };
     let [red, green, blue] = colour.map(linear);

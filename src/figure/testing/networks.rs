@@ -11,7 +11,7 @@ pub(in crate::figure) fn random_network(seed: u64, count: usize, parts: usize) -
     let mut minima: Vec<Minimum> = (0..count)
         .map(|index| {
             let coordinates: Vec<f64> = (0..2).map(|_| rng.random_range(-1.0..1.0)).collect();
-            let floor = coordinates[0].powi(2) + 0.4 * (5.0 * coordinates[1]).sin();
+            let floor = coordinates[0].powi(2) + 0.4 * libm::sin(5.0 * coordinates[1]);
             let energy = floor + 0.6 * rng.random::<f64>();
             // Few minima collect many members.
             let members = 30 / (1 + rng.random_range(0..60));
@@ -41,7 +41,7 @@ pub(in crate::figure) fn random_network(seed: u64, count: usize, parts: usize) -
     for a in 0..count {
         let distance = |b: usize| {
             let [p, q] = [a, b].map(|index| &minima[index].coordinates);
-            (p[0] - q[0]).hypot(p[1] - q[1])
+            libm::hypot(p[0] - q[0], p[1] - q[1])
         };
         let mut others: Vec<usize> = (0..count)
             .filter(|&b| b != a && part(a) == part(b))

@@ -50,7 +50,7 @@ pub(super) fn widest_margin(contacts: &[PointContact], half_angle: f64) -> Optio
         return None;
     }
     let n = contacts.len();
-    let (sine, cosine) = half_angle.sin_cos();
+    let (sine, cosine) = libm::sincos(half_angle);
     let margin_column = 3 * n;
     let cone_of = |i: usize| 7 + n + 3 * i;
     let axes: Vec<[Vector3<f64>; 3]> = contacts
@@ -138,7 +138,7 @@ pub fn contact_forces(contacts: &[PointContact], friction: f64) -> Option<Contac
         return None;
     }
     let contacts = &with_moderate_arms(contacts);
-    let widest = widest_margin(contacts, friction.atan())?;
+    let widest = widest_margin(contacts, libm::atan(friction))?;
     if widest.margin < -BALANCE_TOLERANCE {
         return None;
     }

@@ -244,7 +244,7 @@ mod tests {
             let mut point = Vector6::zeros();
             for plane in 0..3 {
                 let corner = (0..24)
-                    .map(|k| (f64::from(k) * std::f64::consts::TAU / 24.0).sin_cos())
+                    .map(|k| libm::sincos(f64::from(k) * std::f64::consts::TAU / 24.0))
                     .max_by(|a, b| {
                         let along = |c: &(f64, f64)| c.0 * u[2 * plane] + c.1 * u[2 * plane + 1];
                         along(a).total_cmp(&along(b))
@@ -254,7 +254,7 @@ mod tests {
             }
             point
         };
-        let inner = (std::f64::consts::PI / 24.0).cos();
+        let inner = libm::cos(std::f64::consts::PI / 24.0);
         assert!((nearest_facet(support).offset - inner).abs() < 1e-10);
         let thin = expand(support, 0.0);
         let found = thin.unwrap_or_else(|bound| bound);

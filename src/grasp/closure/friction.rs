@@ -40,7 +40,7 @@ pub fn is_force_closure(contacts: &[PointContact], friction: f64) -> bool {
     if let Some(least) = closed_form {
         least <= friction + BALANCE_TOLERANCE
     } else {
-        widest_margin(contacts, friction.atan())
+        widest_margin(contacts, libm::atan(friction))
             .is_some_and(|widest| widest.margin >= -BALANCE_TOLERANCE)
     }
 }
@@ -180,15 +180,15 @@ fn least_friction_of_threes(contacts: &[PointContact]) -> f64 {
 /// The margin is negative below the root. Above it the margin is zero if a contact is not needed, which gives no slope. So
 /// Newton's method leads up from below, and growing steps lead down from above; each narrows the bracket.
 fn least_friction_by_programmes(contacts: &[PointContact], known: f64) -> f64 {
-    let widest_angle = LARGEST_FRICTION.atan();
-    let (mut low, mut high) = (0.0, known.atan());
+    let widest_angle = libm::atan(LARGEST_FRICTION);
+    let (mut low, mut high) = (0.0, libm::atan(known));
     let mut least = known;
-    let mut angle = 0.5f64.atan();
+    let mut angle = libm::atan(0.5f64);
     // The step is in units of the resolution.
     let mut step_down = f64::INFINITY;
     if known <= LARGEST_FRICTION {
         step_down = 0.9;
-        angle = high - step_down * PROGRAMME_RESOLUTION * high.cos();
+        angle = high - step_down * PROGRAMME_RESOLUTION * libm::cos(high);
     }
     loop {
         let Some(widest) = widest_margin(contacts, angle) else {
@@ -197,11 +197,11 @@ fn least_friction_by_programmes(contacts: &[PointContact], known: f64) -> f64 {
         };
         let balances = widest.balances();
         if balances {
-            (high, least) = (angle, angle.tan());
+            (high, least) = (angle, libm::tan(angle));
         } else {
             low = angle;
         }
-        let resolution = PROGRAMME_RESOLUTION * angle.cos();
+        let resolution = PROGRAMME_RESOLUTION * libm::cos(angle);
         if high - low <= resolution || low >= widest_angle {
             return if low > 0.0 { least } else { 0.0 };
         }
@@ -399,11 +399,11 @@ mod tests {
     fn two_contacts_at_one_point_balance_halfway() {
         let contact = |angle: f64| PointContact {
             arm: Vector3::new(0.1, 0.2, 0.3),
-            inward_normal: Vector3::new(angle.cos(), angle.sin(), 0.0),
+            inward_normal: Vector3::new(libm::cos(angle), libm::sin(angle), 0.0),
         };
         let pair = [contact(0.0), contact(2.0)];
         let missing = (std::f64::consts::PI - 2.0) / 2.0;
-        assert!((least_friction(&pair) - missing.tan()).abs() < 1e-12);
+        assert!((least_friction(&pair) - libm::tan(missing)).abs() < 1e-12);
         let apart = [contact(0.0), contact(1.5)];
         assert!(least_friction(&apart).is_infinite());
         // The third contact cannot help: its force would have to act along the line to the other two.
@@ -412,7 +412,7 @@ mod tests {
             inward_normal: Vector3::y(),
         };
         let three = least_friction(&[pair[0], pair[1], far]);
-        assert!((three - missing.tan()).abs() < 1e-6, "{three}");
+        assert!((three - libm::tan(missing)).abs() < 1e-6, "{three}");
     }
 
     /// A beam on three supports in a row, where sideways forces need not be coplanar.
@@ -432,8 +432,11 @@ mod tests {
         let twisted = [bent[0], turned, bent[2]];
         // The ends push up with 1/3 and 2/3 of the force in the middle, and all three forces lean by the same tangent.
         let friction = least_friction(&twisted);
-        let lean = friction.atan();
-        assert!((2.0 * lean - 0.75f64.atan()).abs() < 1e-6, "{friction}");
+        let lean = libm::atan(friction);
+        assert!(
+            (2.0 * lean - libm::atan(0.75f64)).abs() < 1e-6,
+            "{friction}"
+        );
     }
 
     #[test]

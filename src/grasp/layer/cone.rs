@@ -134,7 +134,7 @@ mod tests {
             };
             let sharp = at(1e-9, normal, tangential);
             let projected = if tangential <= 0.3 * normal {
-                normal.hypot(tangential)
+                libm::hypot(normal, tangential)
             } else {
                 (normal + 0.3 * tangential).max(0.0) / 1.09_f64.sqrt()
             };

@@ -51,12 +51,12 @@ impl Schedule {
 
     fn temperature(&self, step: u32) -> f64 {
         let ratio = self.temperature_end / self.temperature_start;
-        self.temperature_start * ratio.powf(self.progress(step))
+        self.temperature_start * libm::pow(ratio, self.progress(step))
     }
 
     pub(super) fn ramp(&self, step: u32) -> Ramp {
         let done = (self.progress(step) / self.ramp_share).min(1.0);
-        let factor = self.ramp_start.powf(1.0 - done);
+        let factor = libm::pow(self.ramp_start, 1.0 - done);
         Ramp {
             distance: factor,
             depth: if self.ramp_depths { factor } else { 1.0 },
@@ -75,7 +75,7 @@ pub(super) fn anneal(
 ) -> State {
     let mut kernel = GraspKernel::new(energy).with_step_scales(settings.step_scales);
     let mut proposal = State::default();
-    let mut log_step = FIRST_STEP_M.ln();
+    let mut log_step = libm::log(FIRST_STEP_M);
     for n in 0..schedule.steps {
         let temperature = schedule.temperature(n);
         if n % RAMP_EVERY == 0 {
@@ -100,7 +100,7 @@ pub(super) fn anneal(
             };
             accept(&mut state, &mut proposal, log_ratio, rng);
         } else {
-            let log_ratio = kernel.move_pose(&state, &law, log_step.exp(), rng, &mut proposal);
+            let log_ratio = kernel.move_pose(&state, &law, libm::exp(log_step), rng, &mut proposal);
             let accepted = accept(&mut state, &mut proposal, log_ratio, rng);
             // Robbins–Monro adaptation, slow enough to follow the cooling without following noise.
             let error = f64::from(u8::from(accepted)) - settings.acceptance;

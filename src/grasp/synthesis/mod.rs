@@ -379,7 +379,7 @@ fn descend(energy: &GraspEnergy, settings: &QuenchSettings, found: &mut Synthesi
 
 /// Metropolis: replaces `state` by `proposal` with probability min(1, eʳ).
 fn accept(state: &mut State, proposal: &mut State, log_ratio: f64, rng: &mut Rng) -> bool {
-    let accepted = rng.random::<f64>().ln() < log_ratio;
+    let accepted = libm::log(rng.random::<f64>()) < log_ratio;
     if accepted {
         std::mem::swap(state, proposal);
     }

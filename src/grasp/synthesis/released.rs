@@ -1,8 +1,8 @@
 //! The sampler of the authors' code (`PhysicsGuide.optimize` and `refine`), with details missing in the paper.
 
+use crate::sample::standard_normal;
 use nalgebra::{Isometry3, UnitQuaternion};
 use rand::RngExt;
-use rand_distr::{Distribution, StandardNormal};
 
 use super::{Observe, SynthesisSettings, accept};
 use crate::energy::Energy;
@@ -102,7 +102,7 @@ impl<'a> Chain<'a> {
         for (k, scale) in self.scales.iter().enumerate() {
             let slope = self.state.gradient[k] * scale;
             self.mean[k] = MEAN_WEIGHT * slope.abs() + (1.0 - MEAN_WEIGHT) * self.mean[k];
-            let noise: f64 = StandardNormal.sample(rng);
+            let noise = standard_normal(rng);
             let drift = -0.5 * step * step * slope / (self.mean[k] + 1e-12);
             tangent[k] = scale * (drift + NOISE * step * noise);
         }
@@ -133,7 +133,7 @@ fn natural_scales(energy: &GraspEnergy) -> Vec<f64> {
 /// orthonormalised, are uniform over rotations; so are the four of a quaternion.
 pub(super) fn gaussian_pose(energy: &GraspEnergy, rng: &mut Rng) -> Vec<f64> {
     let mut x: Vec<f64> = (0..energy.space().coordinates())
-        .map(|_| StandardNormal.sample(rng))
+        .map(|_| standard_normal(rng))
         .collect();
     let centroid = energy.object().centroid;
     for k in 0..3 {

@@ -1,7 +1,7 @@
 //! The first state of a chain.
 
+use crate::sample::standard_normal;
 use rand::RngExt;
-use rand_distr::{Distribution, StandardNormal};
 
 use super::annealed::Schedule;
 use super::released::gaussian_pose;
@@ -42,7 +42,7 @@ pub(super) fn displace(space: &dyn Space, coordinates: &mut [f64], length_m: f64
         .step_scales()
         .iter()
         .map(|scale| {
-            let noise: f64 = StandardNormal.sample(rng);
+            let noise = standard_normal(rng);
             scale * noise
         })
         .collect();

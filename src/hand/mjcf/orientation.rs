@@ -109,5 +109,5 @@ pub(super) fn turning_z_to(z: &Vector3<f64>) -> Matrix3<f64> {
     let axis = Vector3::z().cross(z);
     let (sine, cosine) = (axis.norm(), z.z);
     let axis = Unit::try_new(axis, 1e-10).unwrap_or(Vector3::x_axis());
-    *Rotation3::from_axis_angle(&axis, sine.atan2(cosine)).matrix()
+    *Rotation3::from_axis_angle(&axis, libm::atan2(sine, cosine)).matrix()
 }

@@ -267,7 +267,7 @@ impl Squashing {
     /// Output at z, with its first and second derivatives.
     fn of(self, z: f64) -> [f64; 3] {
         (0..self.0).fold([z, 1.0, 0.0], |[value, first, second], _| {
-            let t = value.tanh();
+            let t = libm::tanh(value);
             let slope = 1.0 - t * t;
             [
                 t,

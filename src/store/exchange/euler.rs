@@ -14,17 +14,17 @@ pub(super) fn of_euler([a, b, c]: [f64; 3]) -> [f64; 4] {
 pub(super) fn to_euler([w, x, y, z]: [f64; 4]) -> [f64; 3] {
     let rotation = Rotation3::from(UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)));
     let m = rotation.matrix();
-    let level = m[(0, 0)].hypot(m[(1, 0)]);
-    let second = (-m[(2, 0)]).atan2(level);
+    let level = libm::hypot(m[(0, 0)], m[(1, 0)]);
+    let second = libm::atan2(-m[(2, 0)], level);
     if level > 1e-8 {
         [
-            m[(2, 1)].atan2(m[(2, 2)]),
+            libm::atan2(m[(2, 1)], m[(2, 2)]),
             second,
-            m[(1, 0)].atan2(m[(0, 0)]),
+            libm::atan2(m[(1, 0)], m[(0, 0)]),
         ]
     } else {
         // The first and third axes coincide, so the first angle takes the whole rotation.
-        [(-m[(1, 2)]).atan2(m[(1, 1)]), second, 0.0]
+        [libm::atan2(-m[(1, 2)], m[(1, 1)]), second, 0.0]
     }
 }
 

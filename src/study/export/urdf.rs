@@ -233,11 +233,11 @@ fn origin(frame: &Frame) -> String {
 /// Roll, pitch and yaw of R = Rz(yaw) Ry(pitch) Rx(roll), exact to rounding at a pitch of ±90° as well.
 fn angles(rotation: &Matrix3<f64>) -> [f64; 3] {
     let r = |row: usize, column: usize| rotation[(row, column)];
-    let pitch = (-r(2, 0)).atan2(r(0, 0).hypot(r(1, 0)));
-    let yaw = r(1, 0).atan2(r(0, 0));
-    let (sin, cos) = yaw.sin_cos();
+    let pitch = libm::atan2(-r(2, 0), libm::hypot(r(0, 0), r(1, 0)));
+    let yaw = libm::atan2(r(1, 0), r(0, 0));
+    let (sin, cos) = libm::sincos(yaw);
     // Without its yaw, the rotation takes y to (…, cos roll, sin roll cos pitch), and z to (…, −sin roll, …).
-    let roll = (sin * r(0, 2) - cos * r(1, 2)).atan2(cos * r(1, 1) - sin * r(0, 1));
+    let roll = libm::atan2(sin * r(0, 2) - cos * r(1, 2), cos * r(1, 1) - sin * r(0, 1));
     [roll, pitch, yaw]
 }
 

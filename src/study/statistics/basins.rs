@@ -232,7 +232,7 @@ impl Part {
     pub fn graph(&self, group_barrier: f64) -> PairMatrix {
         let scale = group_barrier.max(f64::MIN_POSITIVE);
         PairMatrix::from_fn(self.cases.len(), |i, j| {
-            (-self.barriers.get(i, j).max(0.0) / scale).exp()
+            libm::exp(-self.barriers.get(i, j).max(0.0) / scale)
         })
     }
 }

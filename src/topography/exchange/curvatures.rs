@@ -57,7 +57,9 @@ impl Database {
             sizes.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
             let counted = sizes.iter().skip(zero);
             Vibrations {
-                log_product: counted.map(|curvature| curvature.max(*flat).ln()).sum(),
+                log_product: counted
+                    .map(|curvature| libm::log(curvature.max(*flat)))
+                    .sum(),
                 negative_curvature: (index > 0).then(|| curvatures.first().copied()).flatten(),
                 ..Vibrations::default()
             }

@@ -120,7 +120,7 @@ impl Database {
     pub fn from_exploration(found: &Exploration, kinds: Option<&[usize]>) -> Self {
         let vibrations = |coordinates: &[f64], curvatures: &[f64]| {
             let positive = curvatures.iter().filter(|curvature| **curvature > 0.0);
-            let log_product = positive.map(|curvature| curvature.ln()).sum();
+            let log_product = positive.map(|curvature| libm::log(*curvature)).sum();
             let plain = Vibrations {
                 log_product,
                 negative_curvature: curvatures.first().copied().filter(|lowest| *lowest < 0.0),

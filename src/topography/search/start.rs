@@ -109,12 +109,12 @@ impl Searcher<'_> {
                 }
             }
             Start::Known(number) => Place {
-                longest: self.settings.length * rng.random_range(BOLDNESS).exp2(),
+                longest: self.settings.length * libm::exp2(rng.random_range(BOLDNESS)),
                 ..self.below(&self.known[number], &mut rng)
             },
             Start::Random => {
                 let mut place = self.somewhere(id, census, &mut rng);
-                place.longest = self.settings.length * rng.random_range(BOLDNESS).exp2();
+                place.longest = self.settings.length * libm::exp2(rng.random_range(BOLDNESS));
                 place
             }
         }

@@ -157,8 +157,8 @@ impl Searcher<'_> {
                 for k in 0..DIRECTIONS {
                     let angle = std::f64::consts::TAU * f64::from(k) / f64::from(DIRECTIONS);
                     let mut direction = first.clone();
-                    scale(&mut direction, angle.cos());
-                    add(&mut direction, angle.sin(), second);
+                    scale(&mut direction, libm::cos(angle));
+                    add(&mut direction, libm::sin(angle), second);
                     let Some(branch) = descend_one_way(
                         self.energy,
                         (&saddle.x, saddle.energy),

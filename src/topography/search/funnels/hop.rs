@@ -105,7 +105,7 @@ impl Hopping<'_> {
                     if next.energy < team.best - self.tie {
                         (team.best, team.best_at) = (next.energy, team.hops);
                     }
-                    let chance = ((here - next.energy) / team.temperatures[k]).exp();
+                    let chance = libm::exp((here - next.energy) / team.temperatures[k]);
                     if rng.random::<f64>() < chance {
                         tally[1] += 1;
                         met.push(next.clone());
@@ -115,7 +115,8 @@ impl Hopping<'_> {
             }
             for k in 1..count {
                 let colder = team.temperatures[k - 1].recip() - team.temperatures[k].recip();
-                let chance = (colder * (team.walkers[k - 1].energy - team.walkers[k].energy)).exp();
+                let chance =
+                    libm::exp(colder * (team.walkers[k - 1].energy - team.walkers[k].energy));
                 if rng.random::<f64>() < chance {
                     team.walkers.swap(k - 1, k);
                 }
