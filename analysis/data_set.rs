@@ -1,9 +1,10 @@
 //! A data set of five hands on fifteen objects, surveyed as one job.
 //!
 //! `cargo run --release --example data_set -- FOLDER` synthesizes 64 chains of each built-in hand on each built-in object into
-//! FOLDER/grasps, surveys them with `landscape survey`, and copies the summary and the pictures to `figures/data_set*`. A second
-//! survey maps the landscapes of the first 30 grasps of each hand on each object. Everything that is there already is kept, so
-//! that an interrupted run goes on. It takes about two hours on two cores, most of them for the landscapes.
+//! FOLDER/grasps (those of the left hand into FOLDER/mirrored), surveys them with `landscape survey`, and copies the summary
+//! and the pictures to `figures/data_set*`. A second survey maps the landscapes of the first 30 grasps of each hand on each
+//! object, but for the left hand, which is the mirror image of the human one. Everything that is there already is kept, so
+//! that an interrupted run goes on. It takes an hour and a half on two cores.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,11 +18,17 @@ type Failure = Box<dyn std::error::Error>;
 fn main() -> Result<(), Failure> {
     let folder = std::env::args().nth(1).map(PathBuf::from);
     let folder = folder.ok_or("name the folder for the grasps")?;
-    let grasps = folder.join("grasps");
+    let [grasps, mirrored] = ["grasps", "mirrored"].map(|name| folder.join(name));
     for hand in HAND_NAMES {
-        fs::create_dir_all(grasps.join(hand))?;
+        let kept = if hand == "human_left" {
+            &mirrored
+        } else {
+            &grasps
+        };
+        let of_hand = kept.join(hand);
+        fs::create_dir_all(&of_hand)?;
         for object in OBJECT_NAMES {
-            let output = grasps.join(hand).join(format!("{object}.parquet"));
+            let output = of_hand.join(format!("{object}.parquet"));
             if !output.exists() {
                 let words = [
                     "synth", "--hand", hand, "--object", object, "-n", "64", "-o",
@@ -37,16 +44,10 @@ fn main() -> Result<(), Failure> {
         }
     }
     let all = folder.join("all.survey");
-    run(&["survey", text(&grasps)?, "--no-map", "-o"], &all)?;
+    let both = [text(&grasps)?, text(&mirrored)?];
+    run(&["survey", both[0], both[1], "--no-map", "-o"], &all)?;
     let mapped = folder.join("mapped.survey");
-    let words = [
-        "survey",
-        text(&grasps)?,
-        "--first",
-        "30",
-        "--no-report",
-        "-o",
-    ];
+    let words = ["survey", both[0], "--first", "30", "--no-report", "-o"];
     run(&words, &mapped)?;
 
     let figures = Path::new(env!("CARGO_MANIFEST_DIR")).join("figures");

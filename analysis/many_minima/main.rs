@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release --example many_minima` makes landscapes of wells of different depths ([`wells`]) with the engine
 //! that maps grasps, and compares them with the exact tree. Each stage of each size is a process of its own
-//! (`many_minima STAGE SIDE`), so that its greatest memory can be told. It takes about ten minutes on two cores.
+//! (`many_minima STAGE SIDE`), so that its greatest memory can be told. It takes about a minute on two cores.
 
 mod wells;
 
@@ -290,7 +290,8 @@ fn report() -> Result<(), Box<dyn Error>> {
     writeln!(
         text,
         "\nThe {descents} ends of descents that are copies of those of `data/grasps.parquet`, displaced by a tenth of the \
-         tolerance, are merged into {minima} minima, as many as without copies ({alone}), in {:.1} s and {:.0} MB.\n\n\
+         tolerance, are merged into {minima} minima in {:.1} s and {:.0} MB. Without copies there are {alone}: displacements \
+         may join two minima that are hardly apart.\n\n\
          ## Minima are connected\n\n\
          `build_landscape` with four neighbours for each minimum. Heights are those of all neighbouring wells. A height is too \
          low if it lies more than 10⁻⁶ below the lowest way through the wells around.\n\n\
@@ -332,11 +333,7 @@ fn report() -> Result<(), Box<dyn Error>> {
 }
 
 fn draw(curves: &[Vec<[f64; 3]>; 3]) -> Result<(), Box<dyn Error>> {
-    let names = [
-        "merging ten descents for each",
-        "connecting them",
-        "tables, tree, pictures, page",
-    ];
+    let names = ["merging descents", "connecting minima", "writing all files"];
     let panel = |title: &str, axis: &str, column: usize| {
         let series = curves.iter().zip(names).enumerate();
         let series = series.flat_map(|(index, (curve, name))| {
@@ -348,7 +345,7 @@ fn draw(curves: &[Vec<[f64; 3]>; 3]) -> Result<(), Box<dyn Error>> {
             .map(|series| series.coloured(theme::series(index)))
         });
         Panel {
-            legend: (column == 1).then_some(Corner::UpperLeft),
+            legend: (column == 1).then_some(Corner::LowerRight),
             ..Panel::new(
                 title,
                 Axis::logarithmic("minima"),

@@ -10,13 +10,15 @@ use super::input;
 use super::output::{check_inputs, check_place};
 use super::provenance::name_of;
 use super::report;
-use super::run::{Unfinished, Watch, check_resumable, end_worker, open_worker, stoppable};
+use super::run::{
+    Unfinished, Watch, check_resumable, end_journal, open_worker, print_worker, stoppable,
+};
 use super::workers::Share;
 use crate::cli::printing::{explain, print_landscapes};
 use crate::grasp::GraspEnergy;
 use crate::limits::ENERGY_SCALE;
 use crate::printable::counted;
-use crate::store::{AtomicFolder, GraspFile, Population, Source, content_hash};
+use crate::store::{AtomicFolder, GraspFile, Population, Source, Worker, content_hash};
 use crate::study::{
     EarlierLandscape, GraspLandscape, GraspMapSettings, GraspReport, JoinedGrasps, StudyError,
     StudyRun, grow_population, map_population,
@@ -145,6 +147,8 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
         }
     }
     check_resumable(&command.again, &folders)?;
+    let worker = command.share.worker()?;
+    let mut finished_tasks = 0;
     for (population, folder) in populations.iter().zip(&folders) {
         let mapped = population
             .grasps
@@ -160,17 +164,20 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
             }
         });
         let earlier = earlier.as_ref();
-        build(
+        finished_tasks += build(
             command,
             common,
             population,
             earlier,
-            folder,
+            (folder, worker),
             warnings.collect(),
         )
         .with_context(|| format!("{}", command.grasps.display()))?;
     }
-    print_landscapes(common, &folders)
+    match worker {
+        Some(worker) => print_worker(common, worker, finished_tasks),
+        None => print_landscapes(common, &folders),
+    }
 }
 
 /// Removes the grasps that did not hold in simulation.
@@ -238,14 +245,15 @@ fn settings(
     })
 }
 
+/// Maps a population. A worker does its share of the tasks only, and the number of finished ones is returned.
 fn build(
     command: &Build,
     common: &Common,
     population: &Population<'_>,
     earlier: Option<&EarlierLandscape>,
-    output: &Path,
+    (output, worker): (&Path, Option<Worker>),
     mut warnings: Vec<String>,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<usize> {
     let mut population = population.clone();
     population
         .grasps
@@ -287,7 +295,7 @@ fn build(
         warnings,
         with_page: !command.page.no_report,
     };
-    if let Some(worker) = command.share.worker()? {
+    if let Some(worker) = worker {
         let plain = AtomicFolder::left_journal(output).unwrap_or_default();
         let journal = open_worker(
             output,
@@ -307,10 +315,13 @@ fn build(
             ..StudyRun::default()
         };
         mapping.map(&run)?;
-        return end_worker(journal, &watch, worker, output, common);
+        return end_journal(journal, &watch, worker, output);
     }
     let written = mapping.write(output, &command.again, common)?;
-    written.unfinished.conclude(written.watch, &written.summary)
+    written
+        .unfinished
+        .conclude(written.watch, &written.summary)?;
+    Ok(0)
 }
 
 /// What a reader must know about grasps that were added to a landscape.

@@ -140,7 +140,7 @@ pub(super) fn open_worker(
     Ok(journal)
 }
 
-/// Ends a worker for which nothing is left.
+/// Ends a worker for which nothing is left, and prints what JSON documents tell of it.
 pub(super) fn end_worker(
     journal: WorkersJournal,
     watch: &Watch,
@@ -148,19 +148,35 @@ pub(super) fn end_worker(
     output: &Path,
     common: &Common,
 ) -> anyhow::Result<()> {
-    watch.clear();
-    let tasks = journal.len();
-    journal.end()?;
+    let tasks = end_journal(journal, watch, worker, output)?;
+    print_worker(common, worker, tasks)
+}
+
+/// Prints what JSON documents tell of a worker.
+pub(super) fn print_worker(common: &Common, worker: Worker, tasks: usize) -> anyhow::Result<()> {
     if common.json {
         print_json(&serde_json::json!({ "worker": worker, "finished_tasks": tasks }))?;
     }
+    Ok(())
+}
+
+/// Ends the journal of a worker for which nothing is left. Returns the number of finished tasks.
+pub(super) fn end_journal(
+    journal: WorkersJournal,
+    watch: &Watch,
+    worker: Worker,
+    output: &Path,
+) -> anyhow::Result<usize> {
+    watch.clear();
+    let tasks = journal.len();
+    journal.end()?;
     if !watch.quiet {
         complain(&format!(
             "worker {worker}: all {tasks} tasks are finished; the same command without --worker writes {}",
             output.display()
         ));
     }
-    Ok(())
+    Ok(tasks)
 }
 
 /// Tells what the journals already contain.
@@ -203,10 +219,10 @@ fn tell(journal: &WorkersJournal, path: &Path, quiet: bool) {
             journal.dropped_bytes()
         ));
     }
-    for (worker, difference) in journal.different_machines() {
+    for (worker, difference) in journal.other_builds() {
         complain(&format!(
-            "warning: worker {worker} is another build or runs on another kind of processor ({difference}): the last bits of \
-             results may differ from those of a run on one machine"
+            "warning: worker {worker} is another build of the program ({difference}): the last bits of results may differ from \
+             those of a run of one build"
         ));
     }
 }

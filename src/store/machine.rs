@@ -1,9 +1,10 @@
-//! What may change the last bits of a result: the build of the program, and the processor.
+//! The build of the program and the processor, of which the first may change the last bits of a result.
 
 use serde::{Deserialize, Serialize};
 
-/// The build of the program and the vector instructions of the processor, by which the system's mathematics library and
-/// matrix products choose their code.
+/// The build of the program, on which the last bits of results may depend, and the vector instructions of the processor, on
+/// which they do not depend: products are not contracted to fused operations, sums have a fixed order, and elementary
+/// functions are those of the crate `libm`. The instructions are recorded so that this can be checked where results differ.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Machine {
@@ -16,6 +17,11 @@ pub struct Machine {
 }
 
 impl Machine {
+    /// Whether both run the same build of the program.
+    pub fn is_of_build(&self, other: &Self) -> bool {
+        self.program == other.program && self.platform == other.platform
+    }
+
     /// The machine on which this process runs.
     pub fn here() -> Self {
         let length = std::env::current_exe().and_then(|path| Ok(path.metadata()?.len()));

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::journal::{JournalError, Run, bits};
+use super::linkage::linkage;
 use super::network::Minimum;
 use super::{Phase, Tally};
 use crate::energy::Energy;
@@ -108,17 +109,8 @@ pub fn distinct(
         }
     }
     sorted.sort_by(|a, b| order(&found[*a], &found[*b]).then(a.cmp(b)));
-    let mut sets = petgraph::unionfind::UnionFind::new(sorted.len());
-    for (i, a) in sorted.iter().enumerate() {
-        for (j, b) in sorted.iter().enumerate().skip(i + 1) {
-            if found[*b].energy - found[*a].energy > sameness.energy {
-                break;
-            }
-            if !sets.equiv(i, j) && space.within(&found[*a].x, &found[*b].x, sameness.distance) {
-                sets.union(i, j);
-            }
-        }
-    }
+    let ends: Vec<&Quench> = sorted.iter().map(|row| &found[*row]).collect();
+    let sets = linkage(space, &ends, sameness);
     let mut minima: Vec<Minimum> = Vec::new();
     let mut number = vec![None; sorted.len()];
     for (i, row) in sorted.iter().enumerate() {

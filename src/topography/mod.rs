@@ -12,6 +12,7 @@ mod follow;
 mod groups;
 mod journal;
 mod landscape;
+mod linkage;
 mod merges;
 mod minima;
 mod network;

@@ -1,7 +1,5 @@
 //! Finds points near a given point without computing all distances.
 
-use crate::space::vector::add;
-
 /// Points in a tree of boxes, each halved across its longest side (J. L. Bentley, Commun. ACM 18, 509 (1975)).
 pub(super) struct Places {
     points: Vec<Vec<f64>>,
@@ -57,15 +55,13 @@ impl Places {
 
     /// Numbers of the points within `reach` of `place` (up to rounding), ascending.
     pub(super) fn within(&self, reach: f64, place: &[f64]) -> Vec<usize> {
-        let largest = place.iter().fold(reach, |most, c| most.max(c.abs()));
-        let wide = reach + ROUNDED * largest;
-        // NaN counts as near.
-        let far = |squared: f64| squared > wide * wide;
+        let wide = widened(reach, place);
         let mut found = Vec::new();
         let mut rest = vec![0];
         while let Some(number) = rest.pop() {
             let bounds = &self.boxes[number];
-            if far(bounds.squared_distance(place)) {
+            // NaN counts as near.
+            if bounds.squared_distance(place) > wide * wide {
                 continue;
             }
             if let Some(first) = bounds.halves {
@@ -73,15 +69,26 @@ impl Places {
                 continue;
             }
             let inside = self.order[bounds.from..bounds.to].iter().copied();
-            found.extend(inside.filter(|k| {
-                let mut apart = self.points[*k].clone();
-                add(&mut apart, -1.0, place);
-                !far(apart.iter().map(|step| step * step).sum())
-            }));
+            found.extend(inside.filter(|k| !are_apart(&self.points[*k], place, wide)));
         }
         found.sort_unstable();
         found
     }
+}
+
+/// `reach` with the rounding error of a distance from `place`.
+pub(super) fn widened(reach: f64, place: &[f64]) -> f64 {
+    let largest = place.iter().fold(reach, |most, c| most.max(c.abs()));
+    reach + ROUNDED * largest
+}
+
+/// Whether two points are farther apart than `wide`. A NaN counts as near.
+pub(super) fn are_apart(one: &[f64], other: &[f64], wide: f64) -> bool {
+    let mut squared = 0.0;
+    one.iter().zip(other).any(|(a, b)| {
+        squared += (a - b) * (a - b);
+        squared > wide * wide
+    })
 }
 
 impl Bounds {

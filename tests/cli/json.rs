@@ -10,7 +10,7 @@ use crate::desk::Desk;
 use crate::{contents, grasps, landscape};
 
 /// Section of the page, and a command of which it describes the document.
-const RUNS: [(&str, &str); 40] = [
+const RUNS: [(&str, &str); 41] = [
     (
         "synth",
         "synth --object ball -n 4 --preset four_points --steps 40 --keep all --drop 2 -o s.parquet",
@@ -82,6 +82,10 @@ const RUNS: [(&str, &str); 40] = [
     (
         "a worker",
         "synth --object ball -n 2 --preset four_points --steps 40 -o w.parquet --worker 1/2",
+    ),
+    (
+        "a worker",
+        "build g.parquet --first 3 -o shared.landscape --no-report --worker 1/2",
     ),
     ("status", "status w.parquet"),
     ("status", "status g.parquet"),

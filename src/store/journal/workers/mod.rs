@@ -207,13 +207,13 @@ impl WorkersJournal {
         self.own.dropped_bytes()
     }
 
-    /// Workers of another build of the program, or on a processor with other vector instructions, each with what differs:
-    /// the last bits of their results may differ.
-    pub fn different_machines(&self) -> Vec<(Worker, String)> {
+    /// Workers of another build of the program, each with what differs: the last bits of their results may differ. Other
+    /// vector instructions of the processor change nothing.
+    pub fn other_builds(&self) -> Vec<(Worker, String)> {
         let here = Machine::here();
         let others = self.others();
         let lives = others.tails.iter().filter_map(|tail| tail.life.as_ref());
-        let different = lives.filter(|life| life.machine != here);
+        let different = lives.filter(|life| !life.machine.is_of_build(&here));
         different
             .filter_map(|life| {
                 let difference = format!("{} there, {here} here", life.machine);

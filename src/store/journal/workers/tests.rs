@@ -153,7 +153,7 @@ fn a_worker_on_another_machine_is_known_by_its_growing_journal() {
 }
 
 #[test]
-fn other_builds_and_processors_are_told() {
+fn other_builds_are_told_and_other_processors_are_not() {
     let table = Table::new();
     let folder = WorkersJournal::folder(&table.output());
     std::fs::create_dir_all(&folder).unwrap();
@@ -163,11 +163,14 @@ fn other_builds_and_processors_are_told() {
         count: 9,
     }));
     life.machine.instructions = vec!["mmx".to_owned()];
+    put_mark(&journal, &Mark::Life(life.clone())).unwrap();
+    assert_eq!(table.worker(1, 9).other_builds(), []);
+    life.machine.program = "0.0.9 (7 bytes)".to_owned();
     put_mark(&journal, &Mark::Life(life)).unwrap();
     let worker = table.worker(1, 9);
-    let [(other, difference)] = &worker.different_machines()[..] else {
+    let [(other, difference)] = &worker.other_builds()[..] else {
         panic!("one differs");
     };
     assert_eq!(other.number, 2);
-    assert!(difference.contains("mmx there"), "{difference}");
+    assert!(difference.starts_with("0.0.9 (7 bytes), "), "{difference}");
 }
