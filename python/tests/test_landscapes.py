@@ -149,6 +149,7 @@ def test_diversity_of_two_sets(grasps, tmp_path):
     contacts = next(measure for measure in told["measures"] if measure["of"] == "contacts")
     (many, *_), (few, *_) = contacts["sets"]
     assert many["value"] > few["value"] > 1
+    assert told["names"] == ["set_1.parquet", "set_2.parquet"]
     assert (tmp_path / "told.md").is_file()
     with pytest.raises(ls.InputError, match="at least 30"):
         ls.diversity(grasps, grasps)

@@ -4,7 +4,8 @@
 #   cargo build --release && bash tests/schedulers/processors.sh
 #
 # Takes about an hour of CPU: emulation is some thirty times slower. The kinds are Nehalem (neither AVX nor FMA), Haswell (AVX2
-# and FMA) and this machine, once with the variants of glibc for old processors.
+# and FMA) and this machine, once with the variants of glibc for old processors. With OTHER=PROGRAM, another build of the same
+# commit is compared too (the static program, whose C library is musl).
 set -eu
 root=$(cd "$(dirname "$0")/../.." && pwd)
 program=${LANDSCAPE:-$root/target/release/landscape}
@@ -22,13 +23,18 @@ results() { # KIND COMMAND...: hashes of all results
     find . -type f ! -name timings.json -exec sha256sum {} + | sort -k2 > "$work/$kind.sums"
     cd "$work"
 }
+kinds="glibc Nehalem Haswell"
 results native env
 results glibc env GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX,-AVX2,-FMA,-FMA4,-AVX512F
 for kind in Nehalem Haswell; do
     results $kind qemu-x86_64 -cpu $kind 2> "$work/qemu.log" || { cat "$work/qemu.log"; exit 1; }
 done
+if [ -n "${OTHER:-}" ]; then
+    kinds="$kinds other"
+    program=$OTHER results other env
+fi
 same=0
-for kind in glibc Nehalem Haswell; do
+for kind in $kinds; do
     if diff "$work/native.sums" "$work/$kind.sums"; then
         echo "$kind: the same bytes as this machine"
     else

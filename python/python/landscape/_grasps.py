@@ -194,8 +194,12 @@ class Grasps:
         self._path, self._written, self._keeps = path, _state(path), None
         return path
 
-    def _file(self) -> Path:
-        """A file that holds just these grasps."""
+    def _file(self, named: Path | None = None) -> Path:
+        """A file that holds just these grasps: the one that has them, or else ``named``, which the caller keeps."""
+        saved = self._path is not None and self._keeps is None and _state(self._path) == self._written
+        if named is not None and not saved:
+            self._native.write(named)
+            return named
         if self._path is None or _state(self._path) != self._written:
             folder = Folder()
             path = folder / "grasps.parquet"

@@ -480,12 +480,19 @@ def diversity(
     *sets: Grasps | Landscape | StrPath, group_barrier: float | None = None, resamplings: int | None = None, seed: int = 0,
     out: StrPath | None = None, progress: bool | None = None,
 ) -> dict[str, Any]:
-    """Which of several sets of grasps is more diverse, as ``landscape diversity --json``: effective numbers of kinds."""
+    """Which of several sets of grasps is more diverse, as ``landscape diversity --json``: effective numbers of kinds.
+
+    Sets have the names of their files and folders; grasps that are in memory only are called ``set_1``, ``set_2``, … by their
+    place among the arguments.
+    """
     from ._grasps import Grasps
 
     folder = Folder()
     stem = folder / "diversity" if out is None else Path(out)
-    paths = [each._file() if isinstance(each, Grasps) else _folder(each) for each in sets]
+    paths = [
+        each._file(folder / f"set_{place}.parquet") if isinstance(each, Grasps) else _folder(each)
+        for place, each in enumerate(sets, 1)
+    ]
     given = flags(group_barrier=group_barrier, resamplings=resamplings, seed=seed or None)
     told = command("diversity", *paths, "--json", *given, "--output", stem, progress=progress)
     made: dict[str, Any] = json.loads(told)
