@@ -28,7 +28,8 @@ fn a_grown_map_is_the_map_made_at_once() {
         assert!(minima.len() > 9, "{}", minima.len());
         let kernel = Mala::new(&energy);
         let mut settings = MapSettings::for_minima(&energy, &minima);
-        // Straight lines lead to most passes of these surfaces, and all of them are found with enough neighbours.
+        // Straight lines lead to most passes of these surfaces, and on these six all are found with enough neighbours: nothing
+        // promises it, and on other random surfaces one is missed now and then.
         settings.chain.replicas = 0;
         settings.decisive_replicas = 0;
         settings.neighbours = 12;

@@ -130,7 +130,7 @@ impl Hand {
 
 /// Refuses two hands that differ where one is needed.
 pub(crate) fn same(py: Python<'_>, one: &HandMetadata, other: &HandMetadata) -> PyResult<()> {
-    if one.content_hash == other.content_hash {
+    if one.is_same_hand(other) {
         return Ok(());
     }
     Err(input(

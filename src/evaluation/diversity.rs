@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::agreement::rarefied_hill_numbers;
 use crate::grasp::Grasp;
 use crate::hand::Hand;
+use crate::space::vector::product;
 use crate::space::{Pose, object_from_hand};
 
 /// Bins of the entropies, as `GraspQP` has them: a joint that takes all its range alike has the entropy ln 32 = 3.47.
@@ -142,7 +143,7 @@ fn explained_variance(rows: &[Vec<f64>]) -> [f64; COMPONENTS] {
         let mean = column.mean();
         column.add_scalar_mut(-mean);
     }
-    let mut variances: Vec<f64> = (data.transpose() * &data)
+    let mut variances: Vec<f64> = product(&data.transpose(), &data)
         .symmetric_eigenvalues()
         .iter()
         .map(|value| value.max(0.0))

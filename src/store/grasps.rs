@@ -469,9 +469,7 @@ fn put_hand(
             ),
         });
     }
-    let placed = |hand: &HandMetadata| hand.surface_hash.clone();
-    let other_points = placed(told).is_some() && placed(told) != placed(&given);
-    if told.content_hash == given.content_hash && !other_points {
+    if told.is_same_hand(&given) {
         return Ok(None);
     }
     let warning = Warning::OtherHand {

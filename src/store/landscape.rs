@@ -192,7 +192,7 @@ pub struct Timings {
     pub threads: usize,
     /// Phases in the order of execution.
     pub phases: Vec<Phase>,
-    /// The program and the processor, which may change the last bits of results.
+    /// The build of the program, which may change the last bits of results, and the processor.
     #[serde(default)]
     pub machine: Machine,
 }

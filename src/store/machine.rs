@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 
 /// The build of the program, on which the last bits of results may depend, and the vector instructions of the processor, on
 /// which they do not depend: products are not contracted to fused operations, sums have a fixed order, and elementary
-/// functions are those of the crate `libm`. The instructions are recorded so that this can be checked where results differ.
+/// functions are those of the crate `libm`. Neural shapes are the exception. The instructions are recorded so that this can be
+/// checked where results differ.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Machine {

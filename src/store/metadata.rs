@@ -80,6 +80,14 @@ pub struct HandMetadata {
     pub content_hash: String,
 }
 
+impl HandMetadata {
+    /// Whether both describe the same hand with the same surface points. Files of older versions do not tell the points.
+    pub fn is_same_hand(&self, other: &Self) -> bool {
+        let points = self.surface_hash.as_ref().zip(other.surface_hash.as_ref());
+        self.content_hash == other.content_hash && points.is_none_or(|(one, other)| one == other)
+    }
+}
+
 /// A complete text file.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct TextFile {

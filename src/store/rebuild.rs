@@ -167,7 +167,7 @@ impl HandMetadata {
     }
 }
 
-/// [`content_hash`] of the surface points, rounded to micrometres, so that a last bit does not count.
+/// [`content_hash`] of the surface points, rounded to micrometres, so that a last bit hardly ever counts.
 fn surface_hash(hand: &Hand) -> String {
     let numbers = hand.surface.iter().flat_map(|surface| {
         // Zero is added because −0 has other bits.

@@ -124,8 +124,7 @@ impl EarlierLandscape {
         let (hand, object) = (manifest.hand.as_ref(), manifest.object.as_ref());
         let same = |population: &Population<'_>| {
             let hand = hand.is_some_and(|hand| {
-                (&hand.name, &hand.content_hash)
-                    == (&population.hand.name, &population.hand.content_hash)
+                hand.name == population.hand.name && hand.is_same_hand(population.hand)
             });
             let object = object.is_some_and(|object| {
                 (&object.name, &object.content_hash)

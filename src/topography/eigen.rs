@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, DVectorView, SymmetricEigen};
 
 use crate::energy::Energy;
 use crate::space::Space;
-use crate::space::vector::{add, dot, norm, scale, times};
+use crate::space::vector::{add, dot, norm, product, scale, times};
 
 /// Fraction of the largest curvature (outliers excluded) below which a curvature has no sign.
 const FLAT: f64 = 1e-6;
@@ -320,20 +320,6 @@ pub(super) fn shifted(slope: f64, longest: f64, lengths: impl Fn(f64) -> Vec<f64
         }) = middle;
     }
     lengths(high)
-}
-
-/// The product A B, column by column: bitwise equal on every processor, unlike blocked products.
-fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
-    let mut product = DMatrix::zeros(a.nrows(), b.ncols());
-    // Chunks of size 0 are not allowed.
-    let (rows, inner) = (a.nrows().max(1), b.nrows().max(1));
-    let columns = product.as_mut_slice().chunks_exact_mut(rows);
-    for (column, factors) in columns.zip(b.as_slice().chunks_exact(inner)) {
-        for (factor, axis) in factors.iter().zip(a.as_slice().chunks_exact(rows)) {
-            add(column, *factor, axis);
-        }
-    }
-    product
 }
 
 /// (1 − 2 m mᵀ) v for a unit vector m.

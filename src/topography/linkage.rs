@@ -13,9 +13,13 @@ const SLACK: f64 = 1e-9;
 
 /// Single linkage of `ends`, which rise in energy: ends belong together if a sequence of pairs that match joins them.
 ///
-/// Pairs are not measured one by one, because a data set has many ends in each minimum. An end within half the tolerance of
-/// an earlier one, its leader, belongs to it. Ends of two leaders L and M match only if d(L, M) is at most the tolerance plus
-/// the distances of both from their leaders (triangle inequality), and only these pairs are measured.
+/// Pairs are not measured one by one, because a data set has many ends in each minimum. An end that matches an earlier one,
+/// its leader, within half the tolerance of distance belongs to it. Ends a and b of two leaders L and M match only if d(L, M)
+/// is at most the tolerance plus d(a, L) plus d(b, M), and only if d(a, M) is at most the tolerance plus d(b, M). Only these
+/// pairs are measured. The distance of the space must obey the triangle inequality, at least between points as near as this.
+///
+/// With n ends and m leaders, n m leaders are looked at within the tolerance of energy, by landmarks first. Ends that scatter
+/// by more than half the tolerance all lead, and then nearly all pairs within the tolerance of energy are looked at.
 pub(super) fn linkage(
     space: &dyn Space,
     ends: &[&Quench],
@@ -56,22 +60,28 @@ pub(super) fn linkage(
     for (k, one) in groups.iter().enumerate() {
         for other in &groups[k + 1..] {
             // Members lie up to the tolerance above their leaders.
-            if rise(one.leader, other.leader) > 2.0 * sameness.energy {
+            if rise(one.leader, other.leader) > 2.0 * (1.0 + SLACK) * sameness.energy {
                 break;
             }
-            let reach = sameness.distance + one.radius + other.radius;
-            if sets.equiv(one.leader, other.leader) || apart(one.leader, other.leader, reach) {
+            // Measured distances obey the triangle inequality up to rounding.
+            let most = |offset: f64| (sameness.distance + offset) * (1.0 + SLACK);
+            let lead = other.leader;
+            if sets.equiv(one.leader, lead)
+                || !near(one.leader, lead, most(one.radius + other.radius))
+            {
                 continue;
             }
-            let between = distance(one.leader, other.leader) * (1.0 - SLACK);
+            let between = distance(one.leader, lead);
             let touch = one.members.iter().any(|(a, offset)| {
-                let reach = sameness.distance + offset;
-                between <= reach + other.radius
-                    && other.members.iter().any(|(b, offset)| {
-                        between <= reach + offset
-                            && rise(*a, *b) <= sameness.energy
-                            && near(*a, *b, sameness.distance)
-                    })
+                if between > most(offset + other.radius) || !near(*a, lead, most(other.radius)) {
+                    return false;
+                }
+                let rest = distance(*a, lead);
+                other.members.iter().any(|(b, offset)| {
+                    rest <= most(*offset)
+                        && rise(*a, *b) <= sameness.energy
+                        && near(*a, *b, sameness.distance)
+                })
             });
             if touch {
                 sets.union(one.leader, other.leader);
@@ -96,7 +106,8 @@ mod tests {
     use super::*;
     use crate::optimize::StopReason;
     use crate::sample::{Task, stream};
-    use crate::space::{Euclidean, Torus};
+    use crate::space::{Euclidean, PoseMetric, PoseSpace, Symmetry, Torus};
+    use nalgebra::Vector3;
     use rand::RngExt;
 
     /// The partition by measuring all pairs.
@@ -118,53 +129,94 @@ mod tests {
         sets
     }
 
+    fn end(x: Vec<f64>, energy: f64) -> Quench {
+        Quench {
+            x,
+            energy,
+            gradient_norm: 0.0,
+            evaluations: 1,
+            stop: StopReason::Converged,
+        }
+    }
+
+    /// Checks the sets of `ends`, and returns their number and the size of the largest.
+    fn check(space: &dyn Space, mut ends: Vec<Quench>, sameness: &MatchTolerance) -> [usize; 2] {
+        ends.sort_by(|a, b| a.energy.total_cmp(&b.energy));
+        let ends: Vec<&Quench> = ends.iter().collect();
+        let expected = all_pairs(space, &ends, sameness).into_labeling();
+        let found = linkage(space, &ends, sameness);
+        let mut sizes = vec![0; ends.len()];
+        for (a, label) in expected.iter().enumerate() {
+            sizes[*label] += 1;
+            for (b, other) in expected.iter().enumerate().take(a) {
+                assert_eq!(found.equiv(a, b), label == other, "{a}, {b}");
+            }
+        }
+        let count = sizes.iter().filter(|size| **size > 0).count();
+        [count, sizes.into_iter().max().unwrap_or(0)]
+    }
+
+    /// From far apart to one cloud, on a plane, a torus, and for poses of a hand with one joint about an axis.
     #[test]
     fn the_sets_are_those_of_all_pairs() {
         let sameness = MatchTolerance {
             energy: 0.1,
             distance: 0.2,
         };
-        let (mut sets, mut largest) = (Vec::new(), 0);
-        for case in 0..60 {
-            let mut rng = stream(9, Task::Start, case);
-            let space: &dyn Space = if case % 2 == 0 {
-                &Euclidean::new(2)
-            } else {
-                &Torus::new(2)
-            };
-            // From far apart to one cloud; energies in steps, so that some are equal.
-            let width = 0.3 + 0.1 * case as f64;
-            let mut ends: Vec<Quench> = (0..150)
-                .map(|_| Quench {
-                    x: (0..2)
-                        .map(|_| width * (rng.random::<f64>() - 0.5))
-                        .collect(),
-                    energy: 0.04 * f64::from(rng.random_range(0..20_u8)),
-                    gradient_norm: 0.0,
-                    evaluations: 1,
-                    stop: StopReason::Converged,
-                })
-                .collect();
-            ends.sort_by(|a, b| a.energy.total_cmp(&b.energy));
-            let ends: Vec<&Quench> = ends.iter().collect();
-            let expected = all_pairs(space, &ends, &sameness).into_labeling();
-            let found = linkage(space, &ends, &sameness);
-            let (mut count, mut size) = (0, vec![0; ends.len()]);
-            for (a, label) in expected.iter().enumerate() {
-                size[*label] += 1;
-                count += usize::from(size[*label] == 1);
-                for (b, other) in expected.iter().enumerate().take(a) {
-                    assert_eq!(found.equiv(a, b), label == other, "case {case}: {a}, {b}");
-                }
+        let metric = PoseMetric {
+            centroid: Vector3::zeros(),
+            radius_of_gyration_m: 1.0,
+            joint_levers_m: vec![1.0],
+            joint_reaches_m: vec![1.0],
+            rotation_reach_m: 1.0,
+            wraps: vec![false],
+        };
+        let axis = Symmetry::Axis {
+            point: Vector3::zeros(),
+            direction: Vector3::z(),
+        };
+        let poses = PoseSpace::new(metric, axis);
+        let (plane, torus) = (Euclidean::new(2), Torus::new(2));
+        let spaces: [(&dyn Space, &[f64]); 3] = [
+            (&plane, &[0.0, 0.0]),
+            (&torus, &[3.0, 0.0]),
+            (&poses, &[0.7, 0.0, 0.2, 1.0, 0.0, 0.0, 0.0, 0.1]),
+        ];
+        for (number, (space, origin)) in spaces.into_iter().enumerate() {
+            let mut found = Vec::new();
+            for case in 0..30 {
+                let mut rng = stream(9, Task::Start, case);
+                let width = 0.2 + 0.2 * case as f64;
+                let mut draw = |_| {
+                    let steps = (0..space.tangents()).map(|_| width * (rng.random::<f64>() - 0.5));
+                    let mut x = origin.to_vec();
+                    space.exp(&mut x, &steps.collect::<Vec<f64>>());
+                    // Energies in steps, so that some are equal.
+                    end(x, 0.04 * f64::from(rng.random_range(0..20_u8)))
+                };
+                let ends: Vec<Quench> = (0..150).map(&mut draw).collect();
+                found.push(check(space, ends, &sameness));
             }
-            largest = largest.max(size.into_iter().max().unwrap_or(0));
-            sets.push(count);
+            // Or the test would say little.
+            let few = found.iter().filter(|[sets, _]| *sets < 10).count();
+            let many = found.iter().filter(|[sets, _]| *sets > 100).count();
+            assert!(few > 0 && many > 0, "space {number}: {found:?}");
         }
-        // Or the test would say little.
-        let spread = [sets.iter().min(), sets.iter().max()].map(|count| *count.unwrap());
-        assert!(
-            spread[0] < 10 && spread[1] > 100 && largest > 100,
-            "{spread:?} {largest}"
-        );
+    }
+
+    #[test]
+    fn equal_ends_are_one_without_tolerance() {
+        let mut rng = stream(9, Task::Start, 99);
+        let ends = (0..200).map(|_| {
+            let [x, y, energy] = [(); 3].map(|()| f64::from(rng.random_range(0..4_u8)));
+            end(vec![x, y], energy)
+        });
+        let none = MatchTolerance {
+            energy: 0.0,
+            distance: 0.0,
+        };
+        let [sets, largest] = check(&Euclidean::new(2), ends.collect(), &none);
+        assert!(sets > 50 && largest > 3, "{sets} {largest}");
+        assert_eq!(check(&Euclidean::new(2), Vec::new(), &none), [0, 0]);
     }
 }

@@ -82,7 +82,7 @@ pub(super) fn widened(reach: f64, place: &[f64]) -> f64 {
     reach + ROUNDED * largest
 }
 
-/// Whether two points are farther apart than `wide`. A NaN counts as near.
+/// Whether two points are farther apart than `wide`. A NaN excludes nothing by itself.
 pub(super) fn are_apart(one: &[f64], other: &[f64], wide: f64) -> bool {
     let mut squared = 0.0;
     one.iter().zip(other).any(|(a, b)| {

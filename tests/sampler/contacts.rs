@@ -80,7 +80,7 @@ fn energy(stride: usize, settings: EnergySettings) -> GraspEnergy {
     GraspEnergy::new(hand, object, settings).unwrap()
 }
 
-/// Settings with an active rank condition and hands that should face the object.
+/// Settings with an active rank condition, strong enough for its lack to be seen, and hands that should face the object.
 fn with_more_terms() -> EnergySettings {
     EnergySettings {
         rank_weight: 2.0,

@@ -482,8 +482,8 @@ def diversity(
 ) -> dict[str, Any]:
     """Which of several sets of grasps is more diverse, as ``landscape diversity --json``: effective numbers of kinds.
 
-    Sets have the names of their files and folders; grasps that are in memory only are called ``set_1``, ``set_2``, … by their
-    place among the arguments.
+    Sets have the names of their files and folders; grasps that are in memory only are called ``set_1.parquet``,
+    ``set_2.parquet``, … by their place among the arguments.
     """
     from ._grasps import Grasps
 

@@ -165,7 +165,10 @@ fn classical_scaling(count: usize, distances: &[f64]) -> Vec<[f64; 2]> {
     for axis in 0..2 {
         let column = count - 1 - axis;
         let size = eigen.S()[column].max(0.0).sqrt();
-        let vector = eigen.U().col(column);
+        // faer chooses its code by the processor, so that the last digits differ between processors.
+        let vector: Vec<f64> = (0..count)
+            .map(|index| (1e9 * eigen.U()[(index, column)]).round() / 1e9)
+            .collect();
         // The sign of an eigenvector is arbitrary; its largest component is made positive.
         let largest = (0..count)
             .max_by(|&a, &b| vector[a].abs().total_cmp(&vector[b].abs()))

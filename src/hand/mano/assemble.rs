@@ -16,6 +16,7 @@ use super::super::{
 };
 use super::{ANGLES, Arrays, LINKS, PARENTS};
 use crate::limits::{HAND_POSITION, HAND_SHAPE, HINGE, MANO_NUMBER};
+use crate::space::vector::product;
 
 /// Names of the links in the order of the file, and the digit of each link (1 = thumb … 5 = little finger).
 const NAMES: [(&str, usize); LINKS] = [
@@ -298,11 +299,14 @@ impl Coordinates {
             .ok_or("has components (`hands_components`) that do not span all poses")?;
         let deviations = deviations(arrays);
         let precision = DMatrix::from_diagonal(&deviations.map(|deviation| deviation.powi(-2)));
-        let precision = inverse.transpose() * precision * &inverse;
+        let precision = product(&product(&inverse.transpose(), &precision), &inverse);
         let precision = (&precision + precision.transpose()) / 2.0;
         let variances = DMatrix::from_diagonal(&deviations.map(|deviation| deviation * deviation));
-        let covariance = arrays.components.transpose() * variances * &arrays.components;
-        let poses = &arrays.coefficients * &arrays.components;
+        let covariance = product(
+            &product(&arrays.components.transpose(), &variances),
+            &arrays.components,
+        );
+        let poses = product(&arrays.coefficients, &arrays.components);
         let names =
             (1..LINKS).flat_map(|l| ["x", "y", "z"].map(|axis| format!("{}_{axis}", NAMES[l].0)));
         Ok(Self {

@@ -208,7 +208,7 @@ impl WorkersJournal {
     }
 
     /// Workers of another build of the program, each with what differs: the last bits of their results may differ. Other
-    /// vector instructions of the processor change nothing.
+    /// vector instructions of the processor matter for neural shapes only.
     pub fn other_builds(&self) -> Vec<(Worker, String)> {
         let here = Machine::here();
         let others = self.others();
