@@ -572,9 +572,15 @@ fn the_axis_of_the_bottle_does_not_matter() {
     let mut rng = stream(5, Task::Start, 0);
     let mut gradient = vec![0.0; energy.space().tangents()];
     let turn = nalgebra::UnitQuaternion::from_axis_angle(&nalgebra::Vector3::z_axis(), 1.234);
-    let mut equal = 0;
-    for _ in 0..20 {
-        let x = start_pose(&HAND, &BOTTLE, &mut rng);
+    let mut outside = 0;
+    for case in 0..40 {
+        let mut x = start_pose(&HAND, &BOTTLE, &mut rng);
+        // Half of the hands are moved away from the axis, so that they touch nothing.
+        let away_m = if case % 2 == 0 { 0.15 } else { 0.0 };
+        let radius_m = libm::hypot(x[0], x[1]);
+        for k in 0..2 {
+            x[k] *= 1.0 + away_m / radius_m;
+        }
         let turned = landscape::space::pose_coordinates(
             &(nalgebra::Isometry3::from_parts(nalgebra::Vector3::zeros().into(), turn)
                 * landscape::space::object_from_hand(&x)),
@@ -589,9 +595,9 @@ fn the_axis_of_the_bottle_does_not_matter() {
             .filter(|(name, _)| deep(name))
             .map(|(_, value)| value)
             .sum();
-        let bound = if inside > 0.0 { 0.1 * value } else { 1e-12 };
+        let bound = if inside > 0.0 { 0.1 * value } else { 1e-9 };
         assert!((value - there).abs() < bound, "{value} {there}");
-        equal += usize::from(inside == 0.0);
+        outside += usize::from(inside == 0.0);
     }
-    assert!(equal > 1, "{equal} poses outside the object");
+    assert!(outside > 10, "{outside} poses outside the object");
 }
