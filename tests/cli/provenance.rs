@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::fs;
+use std::io::Write;
 use std::path::Path;
 use std::process::Command;
 use std::sync::OnceLock;
@@ -413,7 +414,12 @@ fn remade(verb: &str) {
         std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()),
     ))
     .unwrap();
+    let python = Command::new("python3").arg("--version").output().is_ok();
     for (_, arguments) in RUNS.iter().filter(|(of, _)| *of == verb) {
+        if arguments.iter().any(|word| word.contains("python3")) && !python {
+            let _ = writeln!(std::io::stderr(), "SKIPPED: there is no python3");
+            continue;
+        }
         let first = Desk::empty();
         fs::write(first.path("waves it's.py"), WAVES).unwrap();
         let folder = inputs().folder.path().display().to_string();
