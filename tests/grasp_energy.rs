@@ -578,8 +578,8 @@ fn the_axis_of_the_bottle_does_not_matter() {
         // Half of the hands are moved away from the axis, so that they touch nothing.
         let away_m = if case % 2 == 0 { 0.15 } else { 0.0 };
         let radius_m = libm::hypot(x[0], x[1]);
-        for k in 0..2 {
-            x[k] *= 1.0 + away_m / radius_m;
+        for coordinate in &mut x[..2] {
+            *coordinate *= 1.0 + away_m / radius_m;
         }
         let turned = landscape::space::pose_coordinates(
             &(nalgebra::Isometry3::from_parts(nalgebra::Vector3::zeros().into(), turn)
