@@ -18,8 +18,8 @@ const SLACK: f64 = 1e-9;
 /// is at most the tolerance plus d(a, L) plus d(b, M), and only if d(a, M) is at most the tolerance plus d(b, M). Only these
 /// pairs are measured. The distance of the space must obey the triangle inequality, at least between points as near as this.
 ///
-/// With n ends and m leaders, n m leaders are looked at within the tolerance of energy, by landmarks first. Ends that scatter
-/// by more than half the tolerance all lead, and then nearly all pairs within the tolerance of energy are looked at.
+/// An end is compared with the leaders within the tolerance of energy, by landmarks first. Ends that scatter by more than half
+/// the tolerance of distance all lead, and then nearly all pairs within the tolerance of energy are compared.
 pub(super) fn linkage(
     space: &dyn Space,
     ends: &[&Quench],
