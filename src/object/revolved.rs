@@ -241,17 +241,18 @@ impl Shape for Revolved {
         let (r, z, outward) = self.place(point);
         let profile = self.profile::<2>(r, z);
         let axis = self.axis.into_inner();
-        let along = axis * axis.transpose();
         let around = if r > ON_AXIS_M {
             profile.r / r
         } else {
             profile.rr
         };
-        let cross = outward * axis.transpose();
-        let hessian = outward * outward.transpose() * (profile.rr - around)
-            + (Matrix3::identity() - along) * around
-            + along * profile.zz
-            + (cross + cross.transpose()) * profile.rz;
+        // The second derivative is `around` across the plane of the axis and the point, and that of the profile within it.
+        let by_outward = outward * (profile.rr - around) + axis * profile.rz;
+        let by_axis = axis * (profile.zz - around) + outward * profile.rz;
+        let hessian = Matrix3::from_fn(|i, j| {
+            let diagonal = if i == j { around } else { 0.0 };
+            outward[i] * by_outward[j] + axis[i] * by_axis[j] + diagonal
+        });
         (
             profile.value,
             outward * profile.r + axis * profile.z,

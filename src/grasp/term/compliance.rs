@@ -104,13 +104,13 @@ impl Term for LayerCompliance {
                 sum.2 += carrier.inward * weight;
             }
         }
-        let mut place = vec![usize::MAX; layer.nodes];
+        let mut places = Vec::new();
         let mut nodes = Vec::new();
         let mut lengths = Vec::new();
         for (k, (weight, arm, normal)) in sums.iter().enumerate() {
             let length = normal.norm();
             if *weight > LEAST_WEIGHT && length > LEAST_WEIGHT * weight {
-                place[k] = nodes.len();
+                places.push(k);
                 nodes.push(Node {
                     stiffness: *weight,
                     arm: arm / *weight,
@@ -130,28 +130,30 @@ impl Term for LayerCompliance {
         let axes = scene.posed.object_from_link[0].rotation;
         let found = mean_compliance(&nodes, &axes, &settings);
         let scale = self.weight();
+        // Derivatives of each node by the sums: by the weight, the weighted arm and the weighted normal.
+        let mut by_sums = vec![(0.0, Vector3::zeros(), Vector3::zeros()); layer.nodes];
+        for (k, &node) in places.iter().enumerate() {
+            let at = &nodes[k];
+            let n = &at.inward_normal;
+            let by_arm = found.by_arm[k] / at.stiffness;
+            let across = found.by_normal[k] - n * n.dot(&found.by_normal[k]);
+            let by_weight = found.by_stiffness[k] - by_arm.dot(&at.arm);
+            by_sums[node] = (by_weight, by_arm, across / lengths[k]);
+        }
         for carrier in &carriers {
             let sphere = &layer.spheres[carrier.near.sphere as usize];
             let mut by_weight = 0.0;
             let mut by_arm = Vector3::zeros();
             let mut by_inward = Vector3::zeros();
             for &(node, hat) in &sphere.nodes {
-                let k = place[node as usize];
-                if k == usize::MAX {
-                    continue;
-                }
-                let at = &nodes[k];
-                let n = &at.inward_normal;
-                let by_normal = found.by_normal[k];
-                let across = (by_normal - n * n.dot(&by_normal)) / lengths[k];
-                let part = hat * carrier.weight / at.stiffness;
-                by_weight += hat
-                    * (found.by_stiffness[k]
-                        + found.by_arm[k].dot(&(carrier.arm - at.arm)) / at.stiffness
-                        + across.dot(&carrier.inward));
-                by_arm += found.by_arm[k] * part;
-                by_inward += across * (hat * carrier.weight);
+                let by_sum = &by_sums[node as usize];
+                by_weight += hat * by_sum.0;
+                by_arm += by_sum.1 * hat;
+                by_inward += by_sum.2 * hat;
             }
+            by_weight += by_arm.dot(&carrier.arm) + by_inward.dot(&carrier.inward);
+            by_arm *= carrier.weight;
+            by_inward *= carrier.weight;
             let near = carrier.near;
             let length = near.gradient.norm();
             let by_cosine = by_weight * carrier.by_cosine;

@@ -67,10 +67,10 @@ const DIRECTIONS: [[f64; 3]; 4] = [
     [-1.0, -1.0, 1.0],
 ];
 
-const LANES: usize = 4;
+const LANES: usize = 8;
 type Lanes = [f64; LANES];
 
-/// Four nodes, laid out for vectorised sums. Missing ones have no stiffness.
+/// Eight nodes, laid out for vectorised sums. Missing ones have no stiffness.
 #[derive(Debug, Clone, Copy)]
 struct Group {
     stiffness: Lanes,
@@ -133,21 +133,8 @@ struct Contact {
     at: Potential,
 }
 
-/// Sums over loads of the derivatives by stiffness, arm and normal of four nodes.
-#[derive(Debug, Clone, Copy)]
-struct Slopes {
-    stiffness: Lanes,
-    arm: [Lanes; 3],
-    normal: [Lanes; 3],
-}
-
-impl Slopes {
-    const ZERO: Self = Self {
-        stiffness: [0.0; LANES],
-        arm: [[0.0; LANES]; 3],
-        normal: [[0.0; LANES]; 3],
-    };
-}
+/// Sums over loads of the derivatives by stiffness, arm (three) and normal (three) of the nodes of a group.
+type Slopes = [Lanes; 7];
 
 /// Adds W G Gᵀ.
 fn add_stuck(matrix: &mut Lower, weight: f64, arm: &Vector3<f64>) {
@@ -171,7 +158,7 @@ fn add_stuck(matrix: &mut Lower, weight: f64, arm: &Vector3<f64>) {
 /// by rows, the torque block).
 const SUMS: usize = 1 + 6 + 6 + 9 + 6;
 
-/// Adds the sums over the four nodes of a group.
+/// Adds the sums over the nodes of a group.
 #[inline(always)]
 fn add_group(group: &Group, y: &[f64; 6], cone: &Cone, sums: &mut [Lanes; SUMS]) {
     for lane in 0..LANES {
@@ -259,7 +246,10 @@ impl pulp::NullaryFnOnce for Sums<'_> {
         for group in self.groups {
             add_group(group, self.at, self.cone, &mut lanes);
         }
-        lanes.map(|lane| (lane[0] + lane[1]) + (lane[2] + lane[3]))
+        lanes.map(|lane| {
+            let pairs: [f64; 4] = std::array::from_fn(|k| lane[k] + lane[k + 4]);
+            (pairs[0] + pairs[1]) + (pairs[2] + pairs[3])
+        })
     }
 }
 
@@ -280,21 +270,28 @@ impl pulp::NullaryFnOnce for AddSlopes<'_> {
     fn call(self) {
         let (y, factor) = (self.at, self.factor);
         for (group, slopes) in self.groups.iter().zip(self.slopes) {
+            let mut sums = *slopes;
             for lane in 0..LANES {
                 let Contact { u, f, at, .. } = group.contact(lane, y, self.cone);
                 let scaled = factor * group.stiffness[lane];
-                slopes.stiffness[lane] -= factor * at.value;
-                // ∂u/∂a: f·(y_τ × da) = da·(f × y_τ).
-                slopes.arm[0][lane] -= scaled * (f[1] * y[5] - f[2] * y[4]);
-                slopes.arm[1][lane] -= scaled * (f[2] * y[3] - f[0] * y[5]);
-                slopes.arm[2][lane] -= scaled * (f[0] * y[4] - f[1] * y[3]);
                 // The potential depends on the normal through n·u and |t|² = |u|² − (n·u)², where u is the motion alone:
                 // ∂ψ/∂a da + ∂ψ/∂T dT with da = u·dn, dT = −(a/T) u·dn.
                 let by_normal = scaled * (at.along - at.p * at.normal);
-                for (slope, u) in slopes.normal.iter_mut().zip(u) {
-                    slope[lane] -= by_normal * u;
+                let parts = [
+                    factor * at.value,
+                    // ∂u/∂a: f·(y_τ × da) = da·(f × y_τ).
+                    scaled * (f[1] * y[5] - f[2] * y[4]),
+                    scaled * (f[2] * y[3] - f[0] * y[5]),
+                    scaled * (f[0] * y[4] - f[1] * y[3]),
+                    by_normal * u[0],
+                    by_normal * u[1],
+                    by_normal * u[2],
+                ];
+                for (sum, part) in sums.iter_mut().zip(parts) {
+                    sum[lane] -= part;
                 }
             }
+            *slopes = sums;
         }
     }
 }
@@ -427,7 +424,7 @@ pub fn mean_compliance(
     let cone = Cone::new(settings.friction, settings.friction_rounding);
     let support = settings.load / settings.free_motion;
     let groups: Vec<Group> = nodes.chunks(LANES).map(Group::of).collect();
-    let mut slopes = vec![Slopes::ZERO; groups.len()];
+    let mut slopes = vec![[[0.0; LANES]; 7]; groups.len()];
     let mut stuck = multiple(support);
     for node in nodes {
         add_stuck(&mut stuck, node.stiffness, &node.arm);
@@ -462,22 +459,19 @@ pub fn mean_compliance(
         let turned = Vector3::new(y[first], y[first + 1], y[first + 2]);
         by_rotation += force.cross(&turned) * factor;
     }
-    let lanes = |of: fn(&Slopes, usize, usize) -> f64, k: usize| {
-        let all = slopes.iter();
-        all.flat_map(move |slopes| (0..LANES).map(move |lane| of(slopes, k, lane) / free))
+    let part = |k: usize| {
+        let all = slopes.iter().flat_map(move |slopes| slopes[k]);
+        all.take(nodes.len()).map(|sum| sum / free)
     };
-    let vectors = |of: fn(&Slopes, usize, usize) -> f64| -> Vec<Vector3<f64>> {
-        let [x, y, z] = [0, 1, 2].map(|k| lanes(of, k));
-        let all = x.zip(y).zip(z).map(|((x, y), z)| Vector3::new(x, y, z));
-        all.take(nodes.len()).collect()
+    let vectors = |first: usize| -> Vec<Vector3<f64>> {
+        let all = part(first).zip(part(first + 1)).zip(part(first + 2));
+        all.map(|((x, y), z)| Vector3::new(x, y, z)).collect()
     };
     Compliance {
         value: value / free,
-        by_stiffness: lanes(|s, _, lane| s.stiffness[lane], 0)
-            .take(nodes.len())
-            .collect(),
-        by_arm: vectors(|s, k, lane| s.arm[k][lane]),
-        by_normal: vectors(|s, k, lane| s.normal[k][lane]),
+        by_stiffness: part(0).collect(),
+        by_arm: vectors(1),
+        by_normal: vectors(4),
         by_rotation: by_rotation / free,
     }
 }
