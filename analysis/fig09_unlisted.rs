@@ -1,8 +1,8 @@
 //! Figure 9: valid grasps that no type of the taxonomy fits → `figures/fig09_unlisted.png`, `.svg` and `.md`
 //!
 //! `cargo run --release --example fig09_unlisted` labels the committed grasps, drops them in simulation, and shows those
-//! that hold and are unlisted. It also counts special cases named in the paper: some fingers hold while others are free, on
-//! the neck (to twist a bottle open) or anywhere, with the palm free (to hold a second object in it).
+//! that hold and are unlisted, one of each kind. It also counts special cases named in the paper: some fingers hold while
+//! others are free, on the neck (to twist a bottle open) or anywhere, with the palm free (to hold a second object in it).
 
 mod command;
 
@@ -10,17 +10,20 @@ use std::error::Error;
 use std::fmt::Write;
 
 use command::landscape;
-use landscape::evaluation::taxonomy::{Labeller, Rule, UNLISTED};
+use landscape::energy::Energy;
+use landscape::evaluation::taxonomy::{Labeller, Rule, Taxonomy, UNLISTED};
 use landscape::figure::{Scene, contact_sheet};
+use landscape::grasp::{EnergySettings, GraspEnergy};
 use landscape::hand::Hand;
 use landscape::store::{GraspFile, GraspRow, Overrides};
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 const GRASPS: &str = "data/grasps.parquet";
 const LABELLED: &str = "target/fig09.labelled.parquet";
 const DROPPED: &str = "target/fig09.stability.parquet";
 const SHOWN: usize = 15;
+/// Grasps are alike within this distance of poses, metres.
+const ALIKE_M: f64 = 0.005;
 const COLUMNS: usize = 5;
 const SIDE: u32 = 380;
 /// Height at which the neck of the bottle begins, as a share of its height.
@@ -54,6 +57,17 @@ fn main() -> Result<(), Box<dyn Error>> {
         .filter(|grasp| middle(&hand, grasp).z > neck_m)
         .count();
 
+    let energy = GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::closed())?;
+    let mut different: Vec<Vec<&GraspRow>> = Vec::new();
+    for grasp in &chosen {
+        let pose = &grasp.grasp.pose;
+        let near = |other: &GraspRow| energy.space().distance(&other.grasp.pose, pose) <= ALIKE_M;
+        match different.iter_mut().find(|alike| near(alike[0])) {
+            Some(alike) => alike.push(grasp),
+            None => different.push(vec![grasp]),
+        }
+    }
+
     let mut text = format!(
         "# Valid grasps that are of no type\n\n`cargo run --release --example fig09_unlisted`, rule {}, {GRASPS}.\n\n",
         Rule::standard().version
@@ -66,6 +80,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             file.grasps.iter().filter(held).count(),
         ),
         ("unlisted and held", chosen.len()),
+        ("different ones of these, 5 mm apart", different.len()),
         (
             "held without palm, ring and little finger, listed or not",
             fingers_free.len(),
@@ -79,21 +94,22 @@ fn main() -> Result<(), Box<dyn Error>> {
     std::fs::write("figures/fig09_unlisted.md", text)?;
 
     let skin = hand.skin();
-    let step = chosen.len().max(1).div_ceil(SHOWN).max(1);
-    let shown: Vec<&GraspRow> = chosen.into_iter().step_by(step).collect();
-    let images: Vec<_> = shown
-        .par_iter()
-        .map(|grasp| {
-            let scene = Scene::of_grasp(&hand, &skin, &object, &grasp.grasp);
+    let images: Vec<_> = (different.iter().take(SHOWN))
+        .map(|alike| {
+            let scene = Scene::of_grasp(&hand, &skin, &object, &alike[0].grasp);
             scene.render(&scene.closer_camera(Vector3::z()), SIDE, SIDE)
         })
         .collect();
-    let captions: Vec<String> = shown
-        .iter()
-        .map(|grasp| {
-            let best = grasp.label_best.as_deref().unwrap_or_default();
-            let nearest = best.split(',').next().unwrap_or_default();
-            format!("{}: nearest {nearest}", grasp.id)
+    let captions: Vec<String> = (different.iter().take(SHOWN))
+        .map(|alike| {
+            let label = labeller.label(&alike[0].grasp.pose);
+            let nearest = label
+                .best
+                .first()
+                .and_then(|best| Taxonomy::feix().numbered(best.number));
+            let name = nearest.map_or("none", |entry| entry.name.as_str());
+            let (id, count) = (alike[0].id, alike.len());
+            format!("{id}: {name} fits {:.3} ({count} alike)", label.fit)
         })
         .collect();
     for ending in ["png", "svg"] {

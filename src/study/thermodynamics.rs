@@ -11,7 +11,7 @@ use super::network_of_states::NetworkOfStates;
 use crate::figure::chart::{Axis, Chart, Mark, Panel, Series};
 use crate::figure::{MAKER, leaves_of};
 use crate::printable::printable;
-use crate::thermal::{Superposition, below_deepest_merge, frustration, superbasins};
+use crate::thermal::{Funnels, Superposition, frustration, superbasins};
 use crate::topography::exchange::Database;
 use crate::topography::{Evidence, Groups, Tree};
 
@@ -61,6 +61,8 @@ pub struct AtTemperature {
 pub struct Thermodynamics<'a> {
     states: &'a NetworkOfStates,
     wells: Superposition,
+    /// The two deepest funnels; `None` if nothing merges.
+    pub funnels: Option<Funnels>,
     /// Energy of the superbasins.
     pub level: f64,
     /// The minima of each superbasin, its lowest first.
@@ -93,7 +95,8 @@ impl<'a> Thermodynamics<'a> {
         } else {
             settings.temperatures.clone()
         };
-        let level = settings.level.or_else(|| below_deepest_merge(&states.tree));
+        let funnels = Funnels::deepest(&states.tree);
+        let level = settings.level.or(funnels.map(|funnels| funnels.level()));
         let level = level.unwrap_or(f64::MAX);
         let superbasin_of = superbasins(&states.tree, level);
         let count = superbasin_of
@@ -136,6 +139,7 @@ impl<'a> Thermodynamics<'a> {
         Ok(Self {
             states,
             wells,
+            funnels,
             level,
             superbasins: members,
             curves,
@@ -212,6 +216,12 @@ impl<'a> Thermodynamics<'a> {
         json!({
             "landscape": self.states.name,
             "vibrational_modes": self.states.database.vibrational_modes,
+            "funnels": self.funnels.map(|funnels| json!({
+                "pass": funnels.pass,
+                "bottoms": funnels.bottoms,
+                "minima": funnels.minima,
+                "asymmetry": funnels.asymmetry(),
+            })),
             "level_of_superbasins": self.level,
             "superbasins": self.superbasins,
             "peaks_of_heat_capacity": self.peaks,
@@ -348,6 +358,20 @@ impl<'a> Thermodynamics<'a> {
             );
         }
         text.push_str("\nMinima that were not found are missing here, too: at temperatures where many minima are occupied, the curves are those of the sample.\n");
+        if let Some(funnels) = &self.funnels {
+            let [deeper, shallower] = funnels.bottoms.map(|bottom| funnels.pass - bottom);
+            let digits = Digits::of([deeper, shallower]);
+            let _ = writeln!(
+                text,
+                "\n- The two deepest funnels have {} and {} minima. The pass between them lies {} above the bottom of the deeper \
+                 one and {} above that of the other; their asymmetry (difference by sum) is {:.2}.",
+                funnels.minima[0],
+                funnels.minima[1],
+                digits.show(deeper),
+                digits.show(shallower),
+                funnels.asymmetry()
+            );
+        }
         for [temperature, height] in &self.peaks {
             let _ = writeln!(
                 text,

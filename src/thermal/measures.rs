@@ -73,29 +73,86 @@ pub fn superbasins(tree: &Tree, energy: f64) -> Vec<Option<usize>> {
     found
 }
 
-/// The highest energy at which the deepest merge has not happened yet, so that the superbasins there are the main funnels. The
-/// depth of a merge is its height above the lowest minimum of its shallower side. `None` if nothing merges.
-pub fn below_deepest_merge(tree: &Tree) -> Option<f64> {
-    let lowest = tree.fold(|node, branches: &[f64]| {
-        let own = tree.nodes[node.0].energy;
-        branches.iter().copied().fold(own, f64::min)
-    });
-    let depth = |node: &crate::topography::Node| {
-        let mut bottoms: Vec<f64> = node.children.iter().map(|child| lowest[child.0]).collect();
-        bottoms.sort_by(f64::total_cmp);
-        bottoms
-            .get(1)
-            .map(|second| (node.energy - second, node.energy))
-    };
-    let merges = tree.nodes.iter().filter_map(depth);
-    let deepest = merges.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
-    deepest.map(|(_, height)| height.next_down())
+/// The two deepest funnels of a landscape.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Funnels {
+    /// Energy of the lowest known pass between them.
+    pub pass: f64,
+    /// Energies of their lowest minima, the lower first.
+    pub bottoms: [f64; 2],
+    /// Numbers of their minima.
+    pub minima: [usize; 2],
+}
+
+/// Smallest share of all minima that leads to the bottom of a funnel: a single minimum that is hard to leave is none.
+const LEAST_SHARE: f64 = 0.01;
+
+impl Funnels {
+    /// The branches of the deepest merge. The depth of a merge is its height above the lowest minimum of its shallower
+    /// branch. Merges of branches with fewer than 1 % of the minima count only if there are no others. `None` if nothing
+    /// merges.
+    pub fn deepest(tree: &Tree) -> Option<Self> {
+        let lowest = tree.fold(|node, branches: &[f64]| {
+            let own = tree.nodes[node.0].energy;
+            branches.iter().copied().fold(own, f64::min)
+        });
+        let leaves = tree.leaves_below();
+        let minima = tree.nodes.iter().filter(|node| node.minimum.is_some());
+        let least = (LEAST_SHARE * minima.count() as f64).max(1.0);
+        let at = |node: &crate::topography::Node| {
+            let branches = node.children.iter();
+            let mut branches: Vec<(f64, usize)> = branches
+                .map(|child| (lowest[child.0], leaves[child.0]))
+                .collect();
+            // Where many branches merge at once, the lowest two large ones are the funnels.
+            branches.sort_by(|a, b| {
+                let small = |branch: &(f64, usize)| (branch.1 as f64) < least;
+                small(a).cmp(&small(b)).then(a.0.total_cmp(&b.0))
+            });
+            let [first, second] = *branches.first_chunk()?;
+            let [low, high] = if first.0 <= second.0 {
+                [first, second]
+            } else {
+                [second, first]
+            };
+            Some(Self {
+                pass: node.energy,
+                bottoms: [low.0, high.0],
+                minima: [low.1, high.1],
+            })
+        };
+        tree.nodes.iter().filter_map(at).max_by(|a, b| {
+            let wide = |merge: &Self| merge.minima.iter().all(|count| *count as f64 >= least);
+            let depth = |merge: &Self| merge.pass - merge.bottoms[1];
+            (wide(a).cmp(&wide(b)))
+                .then(depth(a).total_cmp(&depth(b)))
+                .then(b.pass.total_cmp(&a.pass))
+        })
+    }
+
+    /// The highest energy at which the two funnels are apart.
+    pub fn level(&self) -> f64 {
+        self.pass.next_down()
+    }
+
+    /// How much harder the deeper funnel is to leave: (B₁ − B₂)/(B₁ + B₂), where B are the heights of the pass above the two
+    /// bottoms. It is 0 for funnels of equal depth, and near 1 where one of them is hardly a funnel.
+    pub fn asymmetry(&self) -> f64 {
+        let [deeper, shallower] = self.bottoms.map(|bottom| self.pass - bottom);
+        let sum = deeper + shallower;
+        if sum > 0.0 {
+            (deeper - shallower) / sum
+        } else {
+            0.0
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::topography::exchange::Database;
+    use std::fmt::Write;
 
     /// Two funnels (0, 1 and 2, 3) that merge at 5, and an island (4).
     fn tree() -> (Database, Tree) {
@@ -117,8 +174,49 @@ mod tests {
         assert_eq!(at(2.0), [Some(0), Some(1), Some(0), Some(2), None]);
         assert_eq!(at(4.0), [Some(0), Some(1), Some(0), Some(1), None]);
         assert_eq!(at(6.0), [Some(0), Some(0), Some(0), Some(0), Some(1)]);
-        let level = below_deepest_merge(&tree).unwrap();
+        let funnels = Funnels::deepest(&tree).unwrap();
+        assert_eq!(
+            funnels,
+            Funnels {
+                pass: 5.0,
+                bottoms: [0.0, 0.5],
+                minima: [2, 2]
+            }
+        );
+        let level = funnels.level();
         assert!(level < 5.0 && level > 4.999_999, "{level}");
+        approx::assert_relative_eq!(funnels.asymmetry(), 0.5 / 9.5);
+    }
+
+    /// A deep hole beside two funnels of 150 minima each is not a funnel; without the others it is.
+    #[test]
+    fn a_hole_is_no_funnel() {
+        let with = |count: usize| {
+            let (mut minima, mut states) = (String::new(), String::new());
+            for i in 0..2 * count {
+                let energy = 0.01 * i as f64;
+                writeln!(minima, "{energy} 1 1 0 0 0").unwrap();
+                // Each joins the one two before; the bottoms 0 and 1 join at 5.
+                let (to, height) = if i < 2 {
+                    (0, 5.0)
+                } else {
+                    (i - 2, energy + 0.5)
+                };
+                if i > 0 {
+                    writeln!(states, "{height} 1 1 {} {} 0 0 0", i + 1, to + 1).unwrap();
+                }
+            }
+            writeln!(minima, "-1.0 1 1 0 0 0").unwrap();
+            writeln!(states, "20.0 1 1 1 {} 0 0 0", 2 * count + 1).unwrap();
+            let (database, _) = Database::parse(&minima, &states).unwrap();
+            let network = database.by_energy().network();
+            let tree = Tree::from_network(&network, crate::topography::Evidence::Chain);
+            Funnels::deepest(&tree).unwrap()
+        };
+        let many = with(150);
+        assert_eq!((many.pass, many.minima), (5.0, [150, 150]));
+        let few = with(2);
+        assert_eq!((few.pass, few.bottoms), (20.0, [-1.0, 0.0]));
     }
 
     #[test]

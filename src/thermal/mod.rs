@@ -16,7 +16,7 @@ mod rates;
 mod superposition;
 
 pub use elimination::Unreachable;
-pub use measures::{below_deepest_merge, frustration, superbasins};
+pub use measures::{Funnels, frustration, superbasins};
 pub use pathways::Pathway;
 pub use rates::{Dynamics, RateNetwork, SetRates};
 pub use superposition::{Missing, Superposition};
