@@ -1,11 +1,13 @@
 //! Lennard-Jones clusters, found by basin hopping and mapped. Minima and merge heights agree with the literature.
 
+use landscape::energy::Energy;
 use landscape::energy::model::LennardJones;
 use landscape::sample::{Mala, Task, stream};
+use landscape::space::{Cluster, Space};
 use landscape::topography::{
     Evidence, GroupSettings, HoppingSettings, Landscape, LowestSettings, MapSettings,
-    MatchTolerance, Minimum, MinimumId, Run, SearchSettings, build_landscape, explore_lowest, hop,
-    in_box, probe_size,
+    MatchTolerance, Minimum, MinimumId, Run, SearchSettings, build_landscape, explore,
+    explore_lowest, hop, in_box, probe_size,
 };
 use rand::RngExt;
 use std::time::{Duration, Instant};
@@ -90,6 +92,32 @@ fn eight_atoms() {
 fn nine_atoms_by_hopping() {
     // Doye and Wales (2002): 21 minima.
     assert_eq!(hopped(9).len(), 21);
+}
+
+/// Atoms of two elements with equal interactions: the energy of one element in another space.
+struct Labelled(LennardJones, Cluster);
+
+impl Energy for Labelled {
+    fn space(&self) -> &dyn Space {
+        &self.1
+    }
+
+    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
+        self.0.evaluate(x, gradient)
+    }
+}
+
+/// Five equal atoms have one minimum, a trigonal bipyramid. Two of them that are labelled can both be apices, one of them, or
+/// none.
+#[test]
+fn two_elements_have_isomers() {
+    let energy = Labelled(LennardJones::new(5), Cluster::of_kinds(&[0, 0, 1, 1, 1]));
+    let draw = in_box(&[-1.2; 15], &[1.2; 15]);
+    let settings = SearchSettings::measured(&energy, &draw, 1);
+    let found = explore(&energy, &draw, &settings, &Run::default()).unwrap();
+    assert_eq!(found.minima.len(), 3);
+    let spread = found.minima[2].energy - found.minima[0].energy;
+    assert!(spread.abs() < 1e-6, "{spread}");
 }
 
 #[test]

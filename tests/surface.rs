@@ -206,6 +206,23 @@ fn mistakes_are_told() {
         (&["muller-brown", "--region=-1:1,2"], "`2` is not low:high"),
         (&["muller-brown", "-o", "no/where"], "there is no folder no"),
         (&["--command", "cat"], "--region"),
+        (
+            &["--command", "cat", "--region=0:1x9", "--elements", "Ar3"],
+            "give `--coordinates atoms`",
+        ),
+        (
+            &[
+                "--command",
+                "cat",
+                "--region=0:1x9",
+                "--coordinates",
+                "atoms",
+                "--elements",
+                "Ar2",
+            ],
+            "9 coordinates for 2 atoms",
+        ),
+        (&["lj", "7", "--elements", "Ar7"], "--command"),
         (&[], "MODEL"),
     ] {
         let said = desk.mistake(arguments);

@@ -168,6 +168,9 @@ impl Parts {
             }
         };
         self.asked.check()?;
+        if search.budget_s.is_some() && search.searches.is_none() {
+            settings.max_searches = SearchSettings::NO_LIMIT;
+        }
         let usual = LowestSettings::default();
         let lowest = wanted.then(|| LowestSettings {
             minima: search.lowest.unwrap_or(usual.minima),

@@ -561,7 +561,8 @@ fn isolation(audit: &Audit) -> &'static str {
 fn completeness(coverage: &Coverage) -> String {
     let limits = "as far as numbers of hits can tell: a saddle much harder to meet than all of these is not covered";
     let unseen = format!(
-        "at least {:.1} (Chao) and at most {} (95 %) more saddles are to be expected, and the minima behind them",
+        "at least {:.*} (Chao) and at most {} (95 %) more saddles are to be expected, and the minima behind them",
+        usize::from(coverage.unseen < 10.0),
         coverage.unseen,
         coverage
             .unseen_below

@@ -17,7 +17,7 @@ use crate::desk::Desk;
 use crate::{PATIENT, contents, grasps, landscape};
 
 /// Runs of every verb that records its command. Together they use all its flags. `@` stands for the folder of the inputs.
-const RUNS: [(&str, &[&str]); 18] = [
+const RUNS: [(&str, &[&str]); 19] = [
     (
         "synth",
         &[
@@ -156,6 +156,20 @@ const RUNS: [(&str, &[&str]); 18] = [
             "90",
             "--protocol",
             "json",
+            "--searches",
+            "20",
+        ],
+    ),
+    (
+        "surface",
+        &[
+            "--command",
+            "python3 pairs.py",
+            "--region=-1:1x9",
+            "--coordinates",
+            "atoms",
+            "--elements",
+            "Ar2,Kr",
             "--searches",
             "20",
         ],
@@ -333,6 +347,7 @@ fn inputs() -> &'static Desk {
         write("l.csv", "id,label\n2,Tripod\n");
         write("m.toml", "scale = 1.25\n");
         write("waves it's.py", WAVES);
+        write("pairs.py", PAIRS);
         fs::write(desk.path("-g.parquet"), grasps()).unwrap();
         fs::write(desk.path("held.parquet"), grasps()).unwrap();
         desk.succeed("stability held.parquet --settings p.toml -q -o h");
@@ -360,6 +375,25 @@ for line in sys.stdin:
     energy = math.cos(a) + math.cos(2 * b) + 0.2 * math.sin(a + b)
     slope = 0.2 * math.cos(a + b)
     print(json.dumps({"energy": energy, "gradient": [slope - math.sin(a), slope - 2 * math.sin(2 * b)]}), flush=True)
+"#;
+
+/// Two atoms of argon and one of krypton.
+const PAIRS: &str = r#"
+import json, sys
+for line in sys.stdin:
+    x = json.loads(line)["x"]
+    energy, gradient = 0.0, [0.0] * 9
+    for i, j in [(0, 1), (0, 2), (1, 2)]:
+        size = 1.0 if j == 1 else 1.05
+        arm = [x[3 * i + k] - x[3 * j + k] for k in range(3)]
+        square = sum(a * a for a in arm)
+        power = (size * size / square) ** 3
+        energy += 4 * power * (power - 1)
+        slope = -24 * power * (2 * power - 1) / square
+        for k in range(3):
+            gradient[3 * i + k] += slope * arm[k]
+            gradient[3 * j + k] -= slope * arm[k]
+    print(json.dumps({"energy": energy, "gradient": gradient}), flush=True)
 "#;
 
 /// A folder with the inputs.
@@ -422,6 +456,7 @@ fn remade(verb: &str) {
         }
         let first = Desk::empty();
         fs::write(first.path("waves it's.py"), WAVES).unwrap();
+        fs::write(first.path("pairs.py"), PAIRS).unwrap();
         let folder = inputs().folder.path().display().to_string();
         let given = arguments.iter().map(|word| word.replacen('@', &folder, 1));
         let output = first

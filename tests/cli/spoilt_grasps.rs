@@ -225,6 +225,30 @@ fn hand_that_does_not_match_its_description() {
     );
 }
 
+/// Contacts are numbers of surface points, so a program with other points chooses them anew if it is told to.
+#[test]
+fn contacts_are_chosen_anew_for_other_surface_points() {
+    let desk = Desk::with_grasps();
+    let grasps = Parts::of(&desk.path("g.parquet"));
+    metadata(grasps, |value| {
+        value["hands"][0]["surface_hash"] = json!("0")
+    })
+    .write(&desk.path("other.parquet"));
+    let sentence = desk.early_mistake("export other.parquet csv -o t.csv");
+    assert_says(&sentence, &["placed the surface points", "--hand"]);
+    desk.succeed("label other.parquet --hand human -q -o anew.parquet");
+    let [old, new] = ["g.parquet", "anew.parquet"].map(|name| {
+        GraspFile::read(&desk.path(name), Overrides::default())
+            .unwrap()
+            .0
+    });
+    for (old, new) in old.grasps.iter().zip(&new.grasps) {
+        assert_eq!(old.grasp.pose, new.grasp.pose);
+        assert_eq!(old.grasp.contacts.len(), new.grasp.contacts.len());
+    }
+    desk.succeed("inspect anew.parquet -q");
+}
+
 #[test]
 fn missing_object() {
     let sentence = Desk::refusal(|parts| {

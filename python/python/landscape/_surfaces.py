@@ -210,8 +210,9 @@ def explore(
     search, lowest
         ``"all"``, ``"lowest"`` (the ``lowest`` minima and the ways between them), or ``"auto"``.
     patience, searches, budget_s
-        When the search ends: searches without news for every point found, searches in all, seconds. A search ends between
-        batches of 32 searches only, so that a slow function may take longer than ``budget_s``.
+        When the search ends: searches without news for every point found, searches in all, seconds. With ``budget_s``
+        alone, the number of searches has no limit. A search ends between batches of 32 searches only, so that a slow function
+        may take longer than ``budget_s``.
     check_gradient
         Whether to compare the gradient with differences of the energy first.
     name

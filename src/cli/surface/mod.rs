@@ -50,6 +50,10 @@ pub(super) struct Surface {
     /// Kind of coordinates of the program's energy.
     #[arg(long, value_enum, default_value_t = Coordinates::Flat, requires = "command")]
     coordinates: Coordinates,
+    /// Elements of the atoms, such as `Ar,Ar,Kr` or `Ar2,Kr`, with `--coordinates atoms`: only atoms of one element are
+    /// the same. Without it all atoms are equal.
+    #[arg(long, value_name = "LIST", requires = "command")]
+    elements: Option<String>,
     /// Greatest time for one answer of the program.
     #[arg(
         long,
@@ -245,12 +249,10 @@ fn run_program(
     (low, high): Region,
 ) -> anyhow::Result<()> {
     let external = program::start(command, program, (&low, &high))?;
-    let coordinates = command.coordinates.to_possible_value();
-    let coordinates = coordinates.map_or_else(String::new, |value| value.get_name().to_owned());
     let subject = Subject {
         name: program,
         energy: &external,
-        coordinates,
+        coordinates: program::kind(command)?.name(),
         low,
         high,
         source: Source {
@@ -288,6 +290,15 @@ struct Unrolled<'a> {
     region: Region,
     point: &'a dyn Fn(&[f64]) -> Vec<f64>,
     coordinates: &'a dyn Fn(&[f64]) -> Vec<f64>,
+}
+
+impl Surface {
+    /// Whether a time limits the search and no number of searches does.
+    fn has_time_alone(&self, configuration: &SurfaceConfiguration) -> bool {
+        self.extent.budget().is_some()
+            && self.searches.is_none()
+            && !configuration.limits_searches()
+    }
 }
 
 /// Searches `shown`, through `unrolled` if it is a box.
@@ -332,6 +343,10 @@ fn map(
         probed = probe.evaluations as u64;
         probe
     });
+    let mut settings = settings;
+    if command.has_time_alone(configuration) {
+        settings.max_searches = SearchSettings::NO_LIMIT;
+    }
     check()?;
 
     let output = match &command.output {
@@ -420,10 +435,15 @@ fn searching(
         } else {
             "as the file says"
         };
+        let in_any_case = if command.has_time_alone(configuration) {
+            "when its time is over".to_owned()
+        } else {
+            format!("after about {} in any case", settings.max_searches)
+        };
         format!(
             "tolerances and steps follow from an energy of {:.3e} and a length of {:.3e}, {cause}; the search ends after {} \
-             searches without a new point for each point found, and after about {} in any case",
-            settings.energy, settings.length, settings.patience, settings.max_searches
+             searches without a new point for each point found, and {in_any_case}",
+            settings.energy, settings.length, settings.patience
         )
     });
     Ok(settings)

@@ -46,12 +46,47 @@ pub(super) fn region(flag: &str) -> anyhow::Result<Region> {
     Ok((low, high))
 }
 
+/// The kind of the coordinates of a program's energy.
+pub(super) fn kind(command: &Surface) -> anyhow::Result<study::Coordinates> {
+    let Some(list) = &command.elements else {
+        return Ok(command.coordinates.into());
+    };
+    ensure!(
+        command.coordinates == Coordinates::Atoms,
+        "--elements {list}: only atoms have elements, so give `--coordinates atoms` as well"
+    );
+    Ok(study::Coordinates::Elements(elements(list)?))
+}
+
+/// Parses `Ar,Ar,Kr`, or `Ar2,Kr` for the same.
+fn elements(list: &str) -> anyhow::Result<Vec<String>> {
+    let mut elements = Vec::new();
+    for part in list.split(',').map(str::trim) {
+        let name = part.trim_end_matches(|end: char| end.is_ascii_digit());
+        let count = match &part[name.len()..] {
+            "" => Some(1),
+            count => count.parse().ok(),
+        };
+        let count = count.filter(|count| (1..=MOST_COORDINATES / 3).contains(count));
+        let named = !name.is_empty() && name.chars().all(|letter| letter.is_ascii_alphabetic());
+        let (true, Some(count)) = (named, count) else {
+            bail!("--elements {list}: `{part}` is no element such as Ar, nor several such as Ar12");
+        };
+        elements.extend(vec![name.to_owned(); count]);
+        ensure!(
+            elements.len() <= MOST_COORDINATES / 3,
+            "--elements: there are more than {} atoms",
+            MOST_COORDINATES / 3
+        );
+    }
+    Ok(elements)
+}
+
 /// The space of these coordinates. With periodic ones, the sides of the region are the periods.
 fn space(
-    coordinates: Coordinates,
+    kind: &study::Coordinates,
     region: (&[f64], &[f64]),
 ) -> anyhow::Result<Box<dyn Space + Send>> {
-    let kind = study::Coordinates::from(coordinates);
     let told = |error| anyhow::anyhow!("--coordinates {}: --region has {error}", kind.name());
     kind.space(region).map_err(told)
 }
@@ -76,7 +111,7 @@ pub(super) fn start(
     within("--answer-seconds", ANSWER_TIME, seconds)?;
     let limit = Duration::from_secs_f64(seconds);
     let step = difference_step((low, high));
-    let space = space(command.coordinates, (low, high))?;
+    let space = space(&kind(command)?, (low, high))?;
     let external = External::start(program, space, step)?
         .with_answer_limit(limit)
         .with_protocol(command.protocol.into());
@@ -114,6 +149,25 @@ pub(super) fn check(external: &External) -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn elements_are_read() {
+        assert_eq!(elements("Ar2, Kr").unwrap(), ["Ar", "Ar", "Kr"]);
+        for wrong in [
+            "",
+            "Ar,",
+            "2",
+            "Ar0",
+            "A r",
+            "Ar-1",
+            "Ar9999999999999999999999",
+        ] {
+            let error = elements(wrong).unwrap_err().to_string();
+            assert!(error.contains("is no element"), "{error}");
+        }
+        let error = elements("Ar3000,Kr3000").unwrap_err().to_string();
+        assert!(error.contains("3333 atoms"), "{error}");
+    }
 
     #[test]
     fn regions_are_read() {

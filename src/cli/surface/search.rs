@@ -1,7 +1,7 @@
 //! What is searched for, for how long, and from which points.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::{Context, ensure};
@@ -10,7 +10,7 @@ use clap::{Args, ValueEnum, ValueHint};
 use crate::cli::args::within;
 use crate::limits::{BUDGET, LOWEST, REGION};
 use crate::store::{StationaryRow, content_hash};
-use crate::topography::exchange::read_points;
+use crate::topography::exchange::{points_of_text, read_points};
 use crate::topography::{LowestSettings, SearchSettings, SizeProbe};
 
 /// Which part of the landscape is searched.
@@ -22,7 +22,8 @@ pub(super) struct Extent {
     /// How many of the lowest minima are to be joined if only these are sought; 150 by default.
     #[arg(long, value_name = "N")]
     lowest: Option<usize>,
-    /// Stop after this time, such as 90s, 10m or 1h30m, with what was found. What is missing then depends on the clock, so the
+    /// Stop after this time, such as 90s, 10m or 1h30m, with what was found. Without `--searches`, only this time and the
+    /// search itself end it. What is missing then depends on the clock, so the
     /// result can differ between runs; the summary names the number of searches that repeats it.
     #[arg(long, value_name = "TIME", value_parser = duration)]
     budget: Option<Duration>,
@@ -98,7 +99,7 @@ impl Extent {
                     )
                 })?
             } else {
-                text(&bytes, path)?
+                points_of_text(&bytes).with_context(|| format!("--from {}", path.display()))?
             }
         };
         for (row, point) in points.iter().enumerate() {
@@ -129,33 +130,6 @@ impl Extent {
         let hash = content_hash(&[&bits.collect::<Vec<u8>>()]);
         Ok((points, hash))
     }
-}
-
-/// One point on each line; numbers are separated by blanks or commas, and `#` begins a comment.
-fn text(bytes: &[u8], path: &Path) -> anyhow::Result<Vec<Vec<f64>>> {
-    let text = std::str::from_utf8(bytes)
-        .ok()
-        .with_context(|| format!("--from {}: it is no text", path.display()))?;
-    let mut points = Vec::new();
-    for (row, line) in text.lines().enumerate() {
-        let line = line.split('#').next().unwrap_or_default();
-        let words = line.split(|c: char| c.is_whitespace() || c == ',');
-        let mut point = Vec::new();
-        for word in words.filter(|word| !word.is_empty()) {
-            let number: Option<f64> = word.parse().ok().filter(|number: &f64| number.is_finite());
-            point.push(number.with_context(|| {
-                format!(
-                    "--from {}, line {}: `{word}` is not a finite number",
-                    path.display(),
-                    row + 1
-                )
-            })?);
-        }
-        if !point.is_empty() {
-            points.push(point);
-        }
-    }
-    Ok(points)
 }
 
 /// Parses `90s`, `10m`, `1h30m`, or `1d`.
@@ -213,17 +187,5 @@ mod tests {
         ] {
             assert!(duration(wrong).is_err(), "{wrong}");
         }
-    }
-
-    #[test]
-    fn points_are_read() {
-        let read = |bytes: &[u8]| text(bytes, Path::new("p"));
-        assert_eq!(
-            read(b"1, 2\n# no\n\n3\t4 # yes\n").unwrap(),
-            [[1.0, 2.0], [3.0, 4.0]]
-        );
-        let error = read(b"1 2\n3 x\n").unwrap_err().to_string();
-        assert!(error.contains("line 2") && error.contains("`x`"), "{error}");
-        assert!(read(b"1 inf").is_err() && read(&[0xff]).is_err());
     }
 }

@@ -295,6 +295,12 @@ impl SurfaceConfiguration {
         }
     }
 
+    /// Whether the file limits the number of searches.
+    pub fn limits_searches(&self) -> bool {
+        let given = self.0.as_ref();
+        given.is_some_and(|given| at(&given.table, &["search", "max_searches"]).is_some())
+    }
+
     /// The settings of the search in place of those measured on the surface. If the file sets the length or the energy, all
     /// that follows from these follows from its values.
     ///

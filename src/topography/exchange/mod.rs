@@ -26,7 +26,7 @@ use std::collections::BTreeMap;
 
 use petgraph::graph::NodeIndex;
 use petgraph::visit::EdgeRef;
-pub use points::{points, read_points};
+pub use points::{PointsError, points, points_of_text, read_points};
 pub use read::{ExchangeError, Layout};
 
 use super::network::{Edge, Evidence, Minimum, Network};

@@ -1,4 +1,4 @@
-//! Coordinates of stationary points: `points.min` and `points.ts`.
+//! Coordinates of points: `points.min` and `points.ts`, and texts.
 
 /// The bytes of `points.min` or `points.ts`: for each point, in the order of `min.data` or `ts.data`, its coordinates as
 /// 64-bit floating-point numbers, least significant byte first, without anything between them. This is what PATHSAMPLE reads
@@ -23,9 +23,63 @@ pub fn read_points(bytes: &[u8], coordinates: usize) -> Option<Vec<Vec<f64>>> {
     bytes.chunks_exact(record).map(point).collect()
 }
 
+/// A text is no list of points.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum PointsError {
+    /// The bytes are no UTF-8.
+    #[error("it is no text")]
+    NoText,
+    /// A word is no finite number.
+    #[error("line {line}: `{word}` is not a finite number")]
+    NoNumber {
+        /// Number of the line, from 1.
+        line: usize,
+        /// The word.
+        word: String,
+    },
+}
+
+/// The points in a text with one point on each line. Numbers are separated by blanks or commas, `#` begins a comment, and lines
+/// without numbers are left out. Points may differ in their counts of numbers.
+///
+/// # Errors
+/// If the bytes are no text, or a word is no finite number.
+pub fn points_of_text(bytes: &[u8]) -> Result<Vec<Vec<f64>>, PointsError> {
+    let text = std::str::from_utf8(bytes).ok().ok_or(PointsError::NoText)?;
+    let mut points = Vec::new();
+    for (row, line) in text.lines().enumerate() {
+        let line = line.split('#').next().unwrap_or_default();
+        let words = line.split(|c: char| c.is_whitespace() || c == ',');
+        let numbers = words.filter(|word| !word.is_empty()).map(|word| {
+            let number = word.parse().ok().filter(|number: &f64| number.is_finite());
+            number.ok_or_else(|| PointsError::NoNumber {
+                line: row + 1,
+                word: word.to_owned(),
+            })
+        });
+        let point: Vec<f64> = numbers.collect::<Result<_, _>>()?;
+        if !point.is_empty() {
+            points.push(point);
+        }
+    }
+    Ok(points)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn texts_are_read() {
+        assert_eq!(
+            points_of_text(b"1, 2\n# no\n\n3\t4 # yes\n").unwrap(),
+            [[1.0, 2.0], [3.0, 4.0]]
+        );
+        let error = points_of_text(b"1 2\n3 x\n").unwrap_err().to_string();
+        assert_eq!(error, "line 2: `x` is not a finite number");
+        assert!(points_of_text(b"1 inf").is_err());
+        assert_eq!(points_of_text(&[0xff]), Err(PointsError::NoText));
+    }
 
     #[test]
     fn every_bit_survives() {

@@ -51,6 +51,9 @@ impl Default for SearchSettings {
 }
 
 impl SearchSettings {
+    /// A number of searches that no search reaches, for searches that a time limits.
+    pub const NO_LIMIT: usize = 1_000_000_000;
+
     /// Settings for a surface whose curvature changes over `length` and whose energy rises by about `energy` over it.
     pub fn for_scales(energy: f64, length: f64) -> Self {
         let scales = Scales { energy, length };

@@ -22,16 +22,16 @@ use landscape::store::exchange::{self, JointColumns, Mapping};
 use landscape::store::{
     GraspFile, Journal, LandscapeFiles, Overrides, StationaryRow, read_attempts,
 };
-use landscape::topography::exchange::Database;
+use landscape::topography::exchange::{Database, points, points_of_text, read_points};
 use landscape::topography::{Evidence, Tree};
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use samples::{
-    EXCHANGE, GLTF, INPUT_HASH, MAPPING, MJCF, OBJ, OWN_KEY, PLY, PROTOCOL, ROWS, SHAPES, SIDE,
-    STL, TABLE, URDF, binary_ply, binary_stl, bytes, checkpoint, described, gltf, joints, journal,
-    landscape, landscape_folder, msh, npz, parquet, pickles, text,
+    EXCHANGE, GLTF, INPUT_HASH, MAPPING, MJCF, OBJ, OWN_KEY, PLY, POINTS, PROTOCOL, ROWS, SHAPES,
+    SIDE, STL, TABLE, URDF, binary_ply, binary_stl, bytes, checkpoint, described, gltf, joints,
+    journal, landscape, landscape_folder, msh, npz, parquet, pickles, text,
 };
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -183,6 +183,17 @@ pub(crate) fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
         ),
         ("journal", vec![journal()], read_journal),
         ("exchange", vec![text(EXCHANGE)], minima),
+        ("points_text", vec![text(POINTS)], |bytes, _| {
+            told(points_of_text(bytes))
+        }),
+        (
+            "points_binary",
+            vec![points([[0.5, -1.0, 1e-300].as_slice(); 2])],
+            |bytes, _| {
+                let read = read_points(bytes, 3);
+                read.map(|_| ()).ok_or("no points".to_owned())
+            },
+        ),
     ]
 }
 

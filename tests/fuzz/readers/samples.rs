@@ -80,6 +80,8 @@ joints = { jaw = \"jaw\" }\njoint_unit = \"deg\"\nscale = \"scale\"\nid = \"id\"
 pub(crate) const PROTOCOL: &str = "protocol = \"six-directions\"\nmass_kg = 0.1\nforce_n = 1.0\npush_s = 2.0\nrigid = false\n\
 [squeeze]\nforce_n = 4.0\nstiffness_n_m = 5.0\n[friction]\nhand = 0.6\nobject = 0.6\ncombine = \"maximum\"\n[solver]\nsubsteps = 2\n";
 
+pub(crate) const POINTS: &str = "# two points\n0.5 -1.0\n1e-3, 2 # the second\n";
+
 pub(crate) const EXCHANGE: &str = "-1.5 1.0 1 1.0 1.0 1.0\n-1.0 1.0 1 1.0 1.0 1.0\n0.5 1.0 1 1 2 1.0 1.0 1.0\n0.7 1.0 1 2 1 1.0 1.0 1.0\n";
 
 const CORNERS: [[f32; 3]; 4] = [[0.0; 3], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]];
