@@ -1,7 +1,7 @@
 //! Figure 9: valid grasps that no type of the taxonomy fits → `figures/fig09_unlisted.png`, `.svg` and `.md`
 //!
 //! `cargo run --release --example fig09_unlisted` labels the committed grasps, drops them in simulation, and shows those
-//! that hold and are unlisted, one of each kind. It also counts special cases named in the paper: some fingers hold while
+//! that hold and are unlisted, one of each kind (up to 15). It also counts special cases named in the paper: some fingers hold while
 //! others are free, on the neck (to twist a bottle open) or anywhere, with the palm free (to hold a second object in it).
 
 mod command;
@@ -80,7 +80,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             file.grasps.iter().filter(held).count(),
         ),
         ("unlisted and held", chosen.len()),
-        ("different ones of these, 5 mm apart", different.len()),
+        (
+            "different ones of these, more than 5 mm apart",
+            different.len(),
+        ),
+        ("shown", different.len().min(SHOWN)),
         (
             "held without palm, ring and little finger, listed or not",
             fingers_free.len(),
@@ -109,7 +113,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 .and_then(|best| Taxonomy::feix().numbered(best.number));
             let name = nearest.map_or("none", |entry| entry.name.as_str());
             let (id, count) = (alike[0].id, alike.len());
-            format!("{id}: {name} fits {:.3} ({count} alike)", label.fit)
+            format!("{id}: {name} fits {:.3} ({count}×)", label.fit)
         })
         .collect();
     for ending in ["png", "svg"] {

@@ -79,7 +79,8 @@ fn a_mirrored_grasp_has_the_same_label() {
         assert_eq!(one.virtual_fingers, two.virtual_fingers);
         for (a, b) in one.best.iter().zip(&two.best) {
             assert_eq!(a.number, b.number);
-            assert!((a.score - b.score).abs() < 1e-6, "{} {}", a.score, b.score);
+            // Fields are baked with single precision, and a pose is corrected by an iteration.
+            assert!((a.score - b.score).abs() < 1e-5, "{} {}", a.score, b.score);
         }
         assert_eq!(one, labeller.label(&x), "the same twice");
         texts.insert(one.text());

@@ -168,6 +168,7 @@ impl Parts {
             }
         };
         self.asked.check()?;
+        // The usual limit has decided what is searched for.
         if search.budget_s.is_some() && search.searches.is_none() {
             settings.max_searches = SearchSettings::NO_LIMIT;
         }

@@ -28,7 +28,8 @@ pub(super) struct Thermodynamics {
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     free_energy_at: Option<f64>,
     /// Tell the occupation of the superbasins at this energy: sets of minima that are connected below it. By default just below
-    /// the deepest merge of the tree, where the main funnels are apart (branches of fewer than 1 % of the minima are no funnels).
+    /// the deepest merge of the tree, where the main funnels are apart. A branch of a single minimum, or of fewer than 1 % of
+    /// them, is no funnel unless there is nothing else.
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     level: Option<f64>,
     #[command(flatten)]
@@ -43,11 +44,11 @@ Examples:
 
 Each minimum is a harmonic well with the frequencies of its Hessian and the copies that its point group leaves; the sum
 over wells gives the heat capacity, the mean energy, the occupation of each funnel, the entropy of the occupation and the
-frustration index. The asymmetry of the two deepest funnels is told, too. Temperatures are kT in units of the energy. The approximation is good at low temperatures and knows
-only the minima that were found.
+frustration index. The asymmetry of the two deepest funnels is printed as well. Temperatures are kT in units of the
+energy. The approximation is good at low temperatures and knows only the minima that were found.
 
-Writes thermodynamics.csv, .json, .svg and .png, superbasins.csv (number of superbasins against energy), summary.md, and the pictures of `landscape draw` with free energies in
-place of energies.";
+Writes thermodynamics.csv, .json, .svg and .png, superbasins.csv (number of superbasins against energy), summary.md, and
+the pictures of `landscape draw` with free energies in place of energies.";
 
 /// Greatest number of temperatures.
 const MOST: usize = 10_000;

@@ -220,6 +220,7 @@ impl<'a> Thermodynamics<'a> {
                 "pass": funnels.pass,
                 "bottoms": funnels.bottoms,
                 "minima": funnels.minima,
+                "evidence": funnels.evidence,
                 "asymmetry": funnels.asymmetry(),
             })),
             "level_of_superbasins": self.level,
@@ -361,10 +362,16 @@ impl<'a> Thermodynamics<'a> {
         if let Some(funnels) = &self.funnels {
             let [deeper, shallower] = funnels.bottoms.map(|bottom| funnels.pass - bottom);
             let digits = Digits::of([deeper, shallower]);
+            let bound = if funnels.evidence > Evidence::Path {
+                "at most "
+            } else {
+                ""
+            };
             let _ = writeln!(
                 text,
-                "\n- The two deepest funnels have {} and {} minima. The pass between them lies {} above the bottom of the deeper \
-                 one and {} above that of the other; their asymmetry (difference by sum) is {:.2}.",
+                "\n- The two deepest funnels have {} and {} minima. The pass between them lies {bound}{} above the bottom of the \
+                 deeper one and {bound}{} above that of the other. Their asymmetry (difference of these, divided by the sum) is \
+                 {:.2}.",
                 funnels.minima[0],
                 funnels.minima[1],
                 digits.show(deeper),

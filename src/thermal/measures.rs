@@ -1,7 +1,7 @@
 //! Measures of a whole landscape that are quoted in the literature.
 
 use super::superposition::Superposition;
-use crate::topography::{MinimumId, Tree};
+use crate::topography::{Evidence, MinimumId, Tree};
 
 /// Frustration of a landscape at a temperature:
 ///
@@ -80,17 +80,19 @@ pub struct Funnels {
     pub pass: f64,
     /// Energies of their lowest minima, the lower first.
     pub bottoms: [f64; 2],
-    /// Numbers of their minima.
+    /// How many minima each of them has.
     pub minima: [usize; 2],
+    /// Evidence for the pass; with [`Evidence::Chain`] it is an upper bound.
+    pub evidence: Evidence,
 }
 
-/// Smallest share of all minima that leads to the bottom of a funnel: a single minimum that is hard to leave is none.
-const LEAST_SHARE: f64 = 0.01;
+/// Smallest number of minima of a funnel, and their smallest share: a single minimum that is hard to leave is no funnel.
+const LEAST: (f64, f64) = (2.0, 0.01);
 
 impl Funnels {
     /// The branches of the deepest merge. The depth of a merge is its height above the lowest minimum of its shallower
-    /// branch. Merges of branches with fewer than 1 % of the minima count only if there are no others. `None` if nothing
-    /// merges.
+    /// branch. A branch of a single minimum, or of fewer than 1 % of all minima, is no funnel unless there are no others.
+    /// `None` if nothing merges.
     pub fn deepest(tree: &Tree) -> Option<Self> {
         let lowest = tree.fold(|node, branches: &[f64]| {
             let own = tree.nodes[node.0].energy;
@@ -98,7 +100,7 @@ impl Funnels {
         });
         let leaves = tree.leaves_below();
         let minima = tree.nodes.iter().filter(|node| node.minimum.is_some());
-        let least = (LEAST_SHARE * minima.count() as f64).max(1.0);
+        let least = (LEAST.1 * minima.count() as f64).max(LEAST.0);
         let at = |node: &crate::topography::Node| {
             let branches = node.children.iter();
             let mut branches: Vec<(f64, usize)> = branches
@@ -119,6 +121,7 @@ impl Funnels {
                 pass: node.energy,
                 bottoms: [low.0, high.0],
                 minima: [low.1, high.1],
+                evidence: node.evidence,
             })
         };
         tree.nodes.iter().filter_map(at).max_by(|a, b| {
@@ -135,8 +138,9 @@ impl Funnels {
         self.pass.next_down()
     }
 
-    /// How much harder the deeper funnel is to leave: (B₁ − B₂)/(B₁ + B₂), where B are the heights of the pass above the two
-    /// bottoms. It is 0 for funnels of equal depth, and near 1 where one of them is hardly a funnel.
+    /// How much harder the deeper funnel is to leave: (B₁ − B₂)/(B₁ + B₂), where B are the heights of the pass above the
+    /// two bottoms. It is 0 for funnels of equal depth, and near 1 where one of them is hardly a funnel. This is a measure
+    /// of ours; the literature quotes both heights.
     pub fn asymmetry(&self) -> f64 {
         let [deeper, shallower] = self.bottoms.map(|bottom| self.pass - bottom);
         let sum = deeper + shallower;
@@ -180,7 +184,8 @@ mod tests {
             Funnels {
                 pass: 5.0,
                 bottoms: [0.0, 0.5],
-                minima: [2, 2]
+                minima: [2, 2],
+                evidence: Evidence::Saddle
             }
         );
         let level = funnels.level();
@@ -188,7 +193,7 @@ mod tests {
         approx::assert_relative_eq!(funnels.asymmetry(), 0.5 / 9.5);
     }
 
-    /// A deep hole beside two funnels of 150 minima each is not a funnel; without the others it is.
+    /// A deep hole beside two funnels is not a funnel; beside two single minima it is.
     #[test]
     fn a_hole_is_no_funnel() {
         let with = |count: usize| {
@@ -213,9 +218,11 @@ mod tests {
             let tree = Tree::from_network(&network, crate::topography::Evidence::Chain);
             Funnels::deepest(&tree).unwrap()
         };
-        let many = with(150);
-        assert_eq!((many.pass, many.minima), (5.0, [150, 150]));
-        let few = with(2);
+        for count in [2, 150] {
+            let two = with(count);
+            assert_eq!((two.pass, two.minima), (5.0, [count, count]));
+        }
+        let few = with(1);
         assert_eq!((few.pass, few.bottoms), (20.0, [-1.0, 0.0]));
     }
 

@@ -3,6 +3,7 @@
 use std::fs;
 
 use landscape::store::StationaryRow;
+use landscape::topography::SearchSettings;
 
 use super::programs::{program, python};
 use super::{Desk, promised};
@@ -171,5 +172,32 @@ fn a_box_keeps_its_points() {
         let known = ["--from", from, "--no-report", "-o", "again"];
         let text = desk.succeed(&[&arguments[..], &known, &["--force"]].concat());
         assert!(text.contains("**2 minima** and **5 saddles**"), "{text}");
+    }
+}
+
+/// A time alone lifts the usual limit of searches, and a limit that is given stays.
+#[test]
+fn a_time_alone_limits_a_search() {
+    let desk = Desk::new();
+    fs::write(desk.path("limit.toml"), "[search]\nmax_searches = 640\n").unwrap();
+    for (arguments, searches) in [
+        (&[][..], 100_000),
+        (&["--budget", "2h"], SearchSettings::NO_LIMIT),
+        (&["--budget", "2h", "--searches", "640"], 640),
+        (&["--budget", "2h", "--config", "limit.toml"], 640),
+    ] {
+        let always = [
+            "double-well",
+            "1",
+            "-q",
+            "--no-report",
+            "--force",
+            "-o",
+            "d.landscape",
+        ];
+        desk.succeed(&[&always, arguments].concat());
+        let manifest = fs::read_to_string(desk.path("d.landscape/landscape.json")).unwrap();
+        let expected = format!("\"max_searches\": {searches}");
+        assert!(manifest.contains(&expected), "{arguments:?}: {expected}");
     }
 }

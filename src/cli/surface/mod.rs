@@ -94,6 +94,27 @@ pub(super) struct Surface {
     again: Again,
 }
 
+impl Surface {
+    /// Whether a time limits the search and no number of searches does.
+    fn has_time_alone(&self, configuration: &SurfaceConfiguration) -> bool {
+        self.extent.budget().is_some()
+            && self.searches.is_none()
+            && !configuration.limits_searches()
+    }
+
+    /// The settings, without the usual limit of searches if a time is the only one.
+    fn without_limit(
+        &self,
+        mut settings: SearchSettings,
+        configuration: &SurfaceConfiguration,
+    ) -> SearchSettings {
+        if self.has_time_alone(configuration) {
+            settings.max_searches = SearchSettings::NO_LIMIT;
+        }
+        settings
+    }
+}
+
 /// Kinds of coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Coordinates {
@@ -162,8 +183,8 @@ pub(super) const EXAMPLES: &str = r#"Searches for all minima and all saddles bet
 minima along their modes and from random points, descends on both sides of each saddle, and stops when it has found
 nothing new for a long time. The summary estimates how complete the result is.
 
-If descents from random points suggest more minima than the searches allow, only the lowest part of the landscape is
-searched: basin hopping at several temperatures finds the lowest minima, paths and climbs join them, and effort goes to the
+If descents from random points suggest more minima than 100,000 searches can visit (or --searches, if that is more), only the
+lowest part of the landscape is searched: basin hopping at several temperatures finds the lowest minima, paths and climbs join them, and effort goes to the
 highest barriers until the tree of the lowest minima no longer changes. The summary tells barriers, and what is missing.
 
 Examples:
@@ -292,15 +313,6 @@ struct Unrolled<'a> {
     coordinates: &'a dyn Fn(&[f64]) -> Vec<f64>,
 }
 
-impl Surface {
-    /// Whether a time limits the search and no number of searches does.
-    fn has_time_alone(&self, configuration: &SurfaceConfiguration) -> bool {
-        self.extent.budget().is_some()
-            && self.searches.is_none()
-            && !configuration.limits_searches()
-    }
-}
-
 /// Searches `shown`, through `unrolled` if it is a box.
 fn map(
     command: &Surface,
@@ -343,10 +355,6 @@ fn map(
         probed = probe.evaluations as u64;
         probe
     });
-    let mut settings = settings;
-    if command.has_time_alone(configuration) {
-        settings.max_searches = SearchSettings::NO_LIMIT;
-    }
     check()?;
 
     let output = match &command.output {
@@ -383,6 +391,8 @@ fn map(
     let mut groups = configuration.groups(GroupSettings::default())?;
     groups.barrier = command.groups.group_barrier.or(groups.barrier);
     explain(|| sought(lowest.as_ref(), probed));
+    // The usual limit decides what is searched for, and an interrupted run may go on with a time or without.
+    let settings = command.without_limit(settings, configuration);
     let search = SurfaceSearch {
         settings: &settings,
         lowest: lowest.as_ref(),

@@ -87,7 +87,10 @@ fn space(
     kind: &study::Coordinates,
     region: (&[f64], &[f64]),
 ) -> anyhow::Result<Box<dyn Space + Send>> {
-    let told = |error| anyhow::anyhow!("--coordinates {}: --region has {error}", kind.name());
+    let told = |error| match kind {
+        study::Coordinates::Elements(_) => anyhow::anyhow!("--elements: --region has {error}"),
+        kind => anyhow::anyhow!("--coordinates {}: --region has {error}", kind.name()),
+    };
     kind.space(region).map_err(told)
 }
 

@@ -22,8 +22,8 @@ pub(super) struct Extent {
     /// How many of the lowest minima are to be joined if only these are sought; 150 by default.
     #[arg(long, value_name = "N")]
     lowest: Option<usize>,
-    /// Stop after this time, such as 90s, 10m or 1h30m, with what was found. Without `--searches`, only this time and the
-    /// search itself end it. What is missing then depends on the clock, so the
+    /// Stop after this time, such as 90s, 10m or 1h30m, with what was found. Without a number of searches (`--searches`, or
+    /// `max_searches` in the file of `--config`), only this time and the search itself end it. What is missing then depends on the clock, so the
     /// result can differ between runs; the summary names the number of searches that repeats it.
     #[arg(long, value_name = "TIME", value_parser = duration)]
     budget: Option<Duration>,
@@ -36,7 +36,7 @@ pub(super) struct Extent {
 /// What is searched for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 enum Kind {
-    /// Everything, unless descents from random points suggest more minima than the searches can visit: then the lowest.
+    /// Everything, unless descents from random points suggest more minima than 100,000 searches can visit: then the lowest.
     #[default]
     Auto,
     /// All minima and saddles.

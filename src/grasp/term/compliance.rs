@@ -130,7 +130,7 @@ impl Term for LayerCompliance {
         let axes = scene.posed.object_from_link[0].rotation;
         let found = mean_compliance(&nodes, &axes, &settings);
         let scale = self.weight();
-        // Derivatives of each node by the sums: by the weight, the weighted arm and the weighted normal.
+        // Derivatives of the compliance by the sums of each node: by weight, weighted arm and weighted normal.
         let mut by_sums = vec![(0.0, Vector3::zeros(), Vector3::zeros()); layer.nodes];
         for (k, &node) in places.iter().enumerate() {
             let at = &nodes[k];

@@ -295,7 +295,7 @@ impl SurfaceConfiguration {
         }
     }
 
-    /// Whether the file limits the number of searches.
+    /// Whether the file sets `max_searches`.
     pub fn limits_searches(&self) -> bool {
         let given = self.0.as_ref();
         given.is_some_and(|given| at(&given.table, &["search", "max_searches"]).is_some())

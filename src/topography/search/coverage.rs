@@ -37,11 +37,12 @@ pub enum Doubt {
 ///
 /// N(λ) is the number of saddles that are met less than λ times on average, nᵢ the number of times a saddle was met, and m
 /// about the median of these, at least 2. The product is over the k saddles that were met at most m times, but for the one
-/// that gives the median. The likelihood is that of counts at most m. For large counts it becomes that of B. M. Hill, Ann. Statist. 3, 1163 (1975).
-/// The prior of a is a Γ distribution of mean 3/2; in Lennard-Jones clusters, a is about 1 to 1½. `analysis/completeness`
-/// measures how often such claims hold on surfaces with known saddles. Where half of the saddles are unseen, the bound holds
-/// in 83 to 95 % of simulated searches. A saddle that is much rarer than this model expects
-/// stays unseen, and no count of hits can reveal it.
+/// that gives the median; the likelihood is that of counts at most m. Where many saddles have the median, m may be the
+/// number below it. A saddle that only a path found counts as met half a time. c is taken as known. For large counts the
+/// estimate becomes that of B. M. Hill, Ann. Statist. 3, 1163 (1975). The prior of a is a Γ distribution of mean 3/2; in
+/// Lennard-Jones clusters, a is about 1 to 1½. `analysis/completeness` measures how often such claims hold on surfaces with
+/// known saddles. In simulations with rates of such a law, the bound holds in 83 % (a = ¼, where the prior has little weight)
+/// to 95 %. A saddle that is much rarer than this model expects stays unseen, and no count of hits can reveal it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Coverage {
     /// Number of searches.
@@ -69,7 +70,7 @@ pub struct Coverage {
     pub chance_of_news_below: f64,
     /// Chao's lower bound of the number of unseen saddles ([`Rarefaction`](crate::topography::Rarefaction)).
     pub unseen: f64,
-    /// Upper 95 % limit of the number of unseen saddles; `None` if the data are too few.
+    /// Upper 95 % limit of the number of unseen saddles; `None` if it is above 1000 and above 20 times the number met.
     pub unseen_below: Option<usize>,
     /// Probability that no saddle, and so no minimum, is unseen; 0 if there is a doubt.
     pub sure: f64,
@@ -91,9 +92,9 @@ pub(super) struct Counts<'a> {
 const LEVEL: f64 = 0.95;
 /// Prior of the exponent: shape and rate of a Γ distribution.
 const PRIOR: [f64; 2] = [3.0, 2.0];
-/// Grid of the exponents: number of points, and the greatest exponent, at which nothing is left unseen.
+/// Grid of the exponents: number of points, and the greatest exponent, at which hardly anything is left unseen.
 const EXPONENTS: (usize, f64) = (2000, 40.0);
-/// Greatest bound of the number unseen that is reported, for each kind met, and at least.
+/// A bound above the first number for each kind met, or above the second if that is more, is not reported.
 const MOST_UNSEEN: [usize; 2] = [20, 1000];
 /// Poisson distributions with a greater mean are replaced by their mean; the spread of the means is much larger.
 const NARROW: f64 = 500.0;
@@ -341,10 +342,12 @@ mod tests {
         assert!(found.sure < 0.3, "{found:?}");
         assert!(found.unseen > 2.0 && found.unseen_below.is_none_or(|bound| bound > 4));
         let many = coverage(&[1, 2, 3, 1, 1, 4].repeat(500));
+        assert_eq!(many.unseen_below, None, "{many:?}");
+        let some = coverage(&[1, 2, 2, 3, 4, 5, 6, 8].repeat(50));
+        let bound = some.unseen_below.unwrap() as f64;
         assert!(
-            many.unseen_below
-                .is_none_or(|bound| bound as f64 > many.unseen),
-            "{many:?}"
+            some.unseen < bound && bound < 20.0 * some.unseen,
+            "{some:?}"
         );
         // If every saddle was met once, no bound can be given.
         assert_eq!(coverage(&[1; 2000]).unseen_below, None);
@@ -367,10 +370,11 @@ mod tests {
         assert!((nothing.chance_of_news_below - 1.0).abs() < 1e-15);
     }
 
-    /// Of kinds whose rates follow the assumed law up to 30, with half of them unseen or nearly none, the bound holds about
-    /// as often as it says, and it is of the right size.
+    /// Of kinds whose rates follow the assumed law up to 30, with up to two fifths of them unseen, the bound holds nearly as
+    /// often as it says, and it is of the right size. The prior has little weight at an exponent of ¼, so bounds are a
+    /// little low there.
     #[test]
-    fn bounds_hold_where_most_is_unseen() {
+    fn bounds_hold_for_rates_of_the_law() {
         let mut rng = stream(1, Task::Start, 0);
         for (exponent, least) in [(0.25, 80), (0.5, 90), (1.0, 90), (1.5, 90)] {
             let (mut holds, mut close) = (0, 0);
