@@ -238,7 +238,7 @@ fn contacts_are_chosen_anew_for_other_surface_points() {
     let lists = ListArray::from_iter_primitive::<UInt32Type, _, _>(lists);
     grasps = grasps.set("contacts", lists);
     grasps.write(&desk.path("other.parquet"));
-    let sentence = desk.early_mistake("export other.parquet csv -o t.csv");
+    let sentence = desk.early_mistake("label other.parquet -o t.parquet");
     assert_says(&sentence, &["placed the surface points", "--hand"]);
     desk.succeed("label other.parquet --hand human -q -o anew.parquet");
     let [old, new] = ["g.parquet", "anew.parquet"].map(|name| {
