@@ -38,6 +38,15 @@ struct Carrier<'a> {
     volar: Vector3<f64>,
 }
 
+/// The sums over the spheres of a node, or the derivatives of the compliance by these.
+#[derive(Clone, Default)]
+struct Sums {
+    weight: f64,
+    /// Weighted arm and weighted inward normal.
+    arm: Vector3<f64>,
+    normal: Vector3<f64>,
+}
+
 impl LayerCompliance {
     fn carriers<'a>(&self, scene: &Scene<'a>) -> Vec<Carrier<'a>> {
         let layer = scene.layer;
@@ -93,28 +102,27 @@ impl Term for LayerCompliance {
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {
         let layer = scene.layer;
         let carriers = self.carriers(scene);
-        // Sums over spheres of each node: weight, weighted arm and normal.
-        let mut sums = vec![(0.0, Vector3::zeros(), Vector3::zeros()); layer.nodes];
+        let mut sums = vec![Sums::default(); layer.nodes];
         for carrier in &carriers {
             for &(node, hat) in &layer.spheres[carrier.near.sphere as usize].nodes {
                 let sum = &mut sums[node as usize];
                 let weight = hat * carrier.weight;
-                sum.0 += weight;
-                sum.1 += carrier.arm * weight;
-                sum.2 += carrier.inward * weight;
+                sum.weight += weight;
+                sum.arm += carrier.arm * weight;
+                sum.normal += carrier.inward * weight;
             }
         }
         let mut places = Vec::new();
         let mut nodes = Vec::new();
         let mut lengths = Vec::new();
-        for (k, (weight, arm, normal)) in sums.iter().enumerate() {
-            let length = normal.norm();
-            if *weight > LEAST_WEIGHT && length > LEAST_WEIGHT * weight {
+        for (k, sum) in sums.iter().enumerate() {
+            let length = sum.normal.norm();
+            if sum.weight > LEAST_WEIGHT && length > LEAST_WEIGHT * sum.weight {
                 places.push(k);
                 nodes.push(Node {
-                    stiffness: *weight,
-                    arm: arm / *weight,
-                    inward_normal: normal / length,
+                    stiffness: sum.weight,
+                    arm: sum.arm / sum.weight,
+                    inward_normal: sum.normal / length,
                 });
                 lengths.push(length);
             }
@@ -130,15 +138,18 @@ impl Term for LayerCompliance {
         let axes = scene.posed.object_from_link[0].rotation;
         let found = mean_compliance(&nodes, &axes, &settings);
         let scale = self.weight();
-        // Derivatives of the compliance by the sums of each node: by weight, weighted arm and weighted normal.
-        let mut by_sums = vec![(0.0, Vector3::zeros(), Vector3::zeros()); layer.nodes];
+        // Derivatives of the compliance by the sums of each node.
+        let mut by_sums = vec![Sums::default(); layer.nodes];
         for (k, &node) in places.iter().enumerate() {
             let at = &nodes[k];
             let n = &at.inward_normal;
-            let by_arm = found.by_arm[k] / at.stiffness;
+            let arm = found.by_arm[k] / at.stiffness;
             let across = found.by_normal[k] - n * n.dot(&found.by_normal[k]);
-            let by_weight = found.by_stiffness[k] - by_arm.dot(&at.arm);
-            by_sums[node] = (by_weight, by_arm, across / lengths[k]);
+            by_sums[node] = Sums {
+                weight: found.by_stiffness[k] - arm.dot(&at.arm),
+                arm,
+                normal: across / lengths[k],
+            };
         }
         for carrier in &carriers {
             let sphere = &layer.spheres[carrier.near.sphere as usize];
@@ -147,9 +158,9 @@ impl Term for LayerCompliance {
             let mut by_inward = Vector3::zeros();
             for &(node, hat) in &sphere.nodes {
                 let by_sum = &by_sums[node as usize];
-                by_weight += hat * by_sum.0;
-                by_arm += by_sum.1 * hat;
-                by_inward += by_sum.2 * hat;
+                by_weight += hat * by_sum.weight;
+                by_arm += by_sum.arm * hat;
+                by_inward += by_sum.normal * hat;
             }
             by_weight += by_arm.dot(&carrier.arm) + by_inward.dot(&carrier.inward);
             by_arm *= carrier.weight;
