@@ -3,9 +3,9 @@
 # Builds the pages with the program (by default target/release/landscape), which takes some minutes. Needs chromium, nodejs
 # and webp from Debian.
 set -euo pipefail
+program=$(realpath "${1:-$(dirname "$0")/../../target/release/landscape}")
 cd "$(dirname "$0")"
 pictures=$PWD
-program=$(realpath "${1:-../../target/release/landscape}")
 grasps=$(realpath ../../data/grasps.parquet)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
