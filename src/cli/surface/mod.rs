@@ -183,9 +183,10 @@ pub(super) const EXAMPLES: &str = r#"Searches for all minima and all saddles bet
 minima along their modes and from random points, descends on both sides of each saddle, and stops when it has found
 nothing new for a long time. The summary estimates how complete the result is.
 
-If descents from random points suggest more minima than 100,000 searches can visit (or --searches, if that is more), only the
-lowest part of the landscape is searched: basin hopping at several temperatures finds the lowest minima, paths and climbs join them, and effort goes to the
-highest barriers until the tree of the lowest minima no longer changes. The summary tells barriers, and what is missing.
+If descents from random points suggest more minima than 100,000 searches can visit (or --searches, if that is more),
+only the lowest part of the landscape is searched: basin hopping at several temperatures finds the lowest minima,
+paths and climbs join them, and effort goes to the highest barriers until the tree of the lowest minima no longer
+changes. The summary tells barriers, and what is missing.
 
 Examples:
   landscape surface muller-brown                           writes muller-brown.landscape/

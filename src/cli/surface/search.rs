@@ -23,8 +23,8 @@ pub(super) struct Extent {
     #[arg(long, value_name = "N")]
     lowest: Option<usize>,
     /// Stop after this time, such as 90s, 10m or 1h30m, with what was found. Without a number of searches (`--searches`, or
-    /// `max_searches` in the file of `--config`), only this time and the search itself end it. What is missing then depends on the clock, so the
-    /// result can differ between runs; the summary names the number of searches that repeats it.
+    /// `max_searches` in the file of `--config`), only this time and the search itself end it. What is missing then depends
+    /// on the clock, so the result can differ between runs; the summary names the number of searches that repeats it.
     #[arg(long, value_name = "TIME", value_parser = duration)]
     budget: Option<Duration>,
     /// Begin with these points besides random ones: a text file with one point on each line, `points.min` of PATHSAMPLE, or
