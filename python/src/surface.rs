@@ -18,8 +18,8 @@ use landscape::topography::{
 };
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
+use rayon::{ThreadBuilder, ThreadPoolBuilder};
 
 use crate::arrays::{column, points, table};
 use crate::callable::{Asked, Function};
@@ -444,15 +444,20 @@ impl Surface {
             py,
             move || stopping.asked.stop(),
             move || {
-                let pool = ThreadPoolBuilder::new()
+                ThreadPoolBuilder::new()
                     .num_threads(threads)
-                    .build()
-                    .map_err(|error| Failure::of(&error))?;
-                // The thread keeps its state of the interpreter between calls; making one for each call would cost more than
-                // the call. Without an interpreter there is nothing to ask.
-                let attached = || Python::try_attach(|py| py.detach(|| work(&parts)));
-                pool.install(attached).unwrap_or(Err(Failure::Interrupted))
+                    .build_scoped(attached, |pool| pool.install(|| work(&parts)))
+                    .unwrap_or_else(|error| Err(Failure::of(&error)))
             },
         )
     }
+}
+
+/// Runs a thread that keeps its state of the interpreter between calls of the function: making one for each call would cost
+/// more than the call. Without an interpreter the first call ends the search.
+fn attached(thread: ThreadBuilder) {
+    let mut thread = Some(thread);
+    let mut run = || thread.take().map(ThreadBuilder::run);
+    let _ = Python::try_attach(|py| py.detach(&mut run));
+    run();
 }

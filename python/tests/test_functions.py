@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 import threading
 import time
 import traceback
@@ -168,6 +169,62 @@ def test_other_threads_run_on_and_nothing_deadlocks():
     assert results == [6, 6, 6] and ticks > 5
 
 
+def busiest(**how):
+    """The largest number of calls at the same time, and the energies."""
+    lock, running, most = threading.Lock(), 0, 0
+
+    def sleepy(x):
+        nonlocal running, most
+        with lock:
+            running += 1
+            most = max(most, running)
+        time.sleep(0.002)
+        with lock:
+            running -= 1
+        return camel(x)
+
+    energies, gradients = ls.evaluate(sleepy, np.linspace(CAMEL_BOX[0], CAMEL_BOX[1], 200), box=CAMEL_BOX, **how)
+    return most, energies, gradients
+
+
+def test_calls_share_the_threads_that_python_allows():
+    locked = getattr(sys, "_is_gil_enabled", lambda: True)()
+    usual, energies, gradients = busiest()
+    assert usual == (1 if locked else min(os.cpu_count(), usual))
+    assert locked or os.cpu_count() == 1 or usual > 1
+    for threads in (1, 3):
+        most, again, slopes = busiest(threads=threads)
+        assert (most > 1) == (threads > 1) and most <= threads
+        assert (again == energies).all() and (slopes == gradients).all()
+    with pytest.raises(ls.InputError, match="at least one"):
+        busiest(threads=0)
+
+
+def test_the_number_of_threads_changes_no_byte(tmp_path):
+    one, four = (
+        ls.explore(camel, box=CAMEL_BOX, seed=3, threads=threads, out=tmp_path / f"{threads}.landscape").folder
+        for threads in (1, 4)
+    )
+    names = sorted(path.name for path in one.iterdir() if path.name != "timings.json")
+    assert "minima.parquet" in names and len(names) > 5
+    for name in names:
+        assert (one / name).read_bytes() == (four / name).read_bytes(), name
+
+
+def test_an_exception_in_one_of_many_threads_ends_the_search():
+    calls = 0
+
+    def sometimes(x):
+        nonlocal calls
+        calls += 1
+        if calls > 400:
+            raise ZeroDivisionError("call 400")
+        return camel(x)
+
+    with pytest.raises(ZeroDivisionError, match="call 400"):
+        ls.explore(sometimes, box=CAMEL_BOX, threads=4)
+
+
 def test_a_million_calls_leak_nothing():
     psutil = pytest.importorskip("psutil")
     answer = (0.0, np.zeros(2))
@@ -197,7 +254,7 @@ def test_a_call_costs_little():
 
     x = points[0]
     own = per_call(lambda: [function(x) for _ in range(len(points))])
-    ours = per_call(lambda: ls.evaluate(function, points, box=(-1, 1)))
+    ours = per_call(lambda: ls.evaluate(function, points, box=(-1, 1), threads=1))
     print(f"overhead of a call: {1e6 * (ours - own):.2f} µs")
     assert ours - own < 3e-6
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import shlex
+import sys
+import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -145,14 +147,25 @@ def _name(function: Any) -> str:
     return str(name).strip("<>")
 
 
+def _threads(wanted: int | None) -> int:
+    """Threads that call a function: 0 is one for each core."""
+    if wanted is None:
+        lock = getattr(sys, "_is_gil_enabled", lambda: True)
+        return 1 if lock() else 0
+    if wanted < 1:
+        raise InputError(f"threads {wanted}: at least one is needed")
+    return wanted
+
+
 def _surface(
     function: EnergyFunction, space: Space | None, box: Any, points: ArrayLike | None, hessian: Any, batch: bool, name: str | None,
+    threads: int | None,
 ) -> tuple[_native.Surface, Space, tuple[list[float], list[float]]]:
     if not callable(function):
         raise InputError(f"a function of a point is needed, not {type(function).__name__}")
     chosen = space if space is not None else getattr(function, "space", None) or Euclidean()
     low, high = _ends(chosen, box, points)
-    made = _native.Surface(function, hessian, batch, name or _name(function), _kind(chosen), low, high, 1)
+    made = _native.Surface(function, hessian, batch, name or _name(function), _kind(chosen), low, high, _threads(threads))
     return made, chosen, (low, high)
 
 
@@ -182,6 +195,7 @@ def explore(
     group_barrier: float | None = None,
     check_gradient: bool = True,
     name: str | None = None,
+    threads: int | None = None,
     progress: bool | None = None,
 ) -> Landscape:
     """All minima and saddles of a function, and the landscape that they make.
@@ -190,8 +204,8 @@ def explore(
     ----------
     function
         Takes a point, a new array of shape (n,), and returns (energy, gradient); +inf means a point outside the domain. It
-        must depend on the point alone. It is called from one thread at a time, which is not the main thread. Or a model of
-        ``landscape surface`` by name, such as ``"lj 7"``.
+        must depend on the point alone. It is not called from the main thread. Or a model of ``landscape surface`` by name,
+        such as ``"lj 7"``.
     space
         ``Euclidean()`` (the default), ``Torus(n)``, ``Periodic()``, ``Box()``, ``Rotations()`` or ``Atoms(n)``.
     box
@@ -217,6 +231,9 @@ def explore(
         Whether to compare the gradient with differences of the energy first.
     name
         Name of the surface in files; by default that of the function.
+    threads
+        Number of threads that call ``function``: by default one, or one for each core where Python is free-threaded and has
+        no global lock. The result is the same. A function that changes what it shares between calls needs one, or a lock.
 
     Raises
     ------
@@ -238,11 +255,11 @@ def explore(
     if isinstance(function, str):
         words = flags(
             seed=seed or None, search=None if search == "auto" else search, lowest=lowest, patience=patience,
-            searches=searches, budget=None if budget_s is None else f"{budget_s}s", group_barrier=group_barrier, no_report=True,
+            searches=searches, budget=None if budget_s is None else f"{budget_s}s", group_barrier=group_barrier, threads=threads, no_report=True,
         )
         command("surface", *shlex.split(function), *words, "--quiet", "--output", target, progress=progress)
         return Landscape(target, _keeps=keeps)
-    surface, chosen, (low, _) = _surface(function, space, box, None, hessian, batch, name)
+    surface, chosen, (low, _) = _surface(function, space, box, None, hessian, batch, name, threads)
     told = f"landscape.explore({name or _name(function)}, {chosen!r}, box={box!r}, seed={seed}) in Python"
     starts = np.empty((0, len(low))) if known is None else known
     surface.explore(starts, _search(
@@ -264,13 +281,14 @@ def map(
     group_barrier: float | None = None,
     check_gradient: bool = True,
     name: str | None = None,
+    threads: int | None = None,
     progress: bool | None = None,
 ) -> Landscape:
     """The landscape between minima of a function, from points near them: descents, attraction–diffusion and relaxed paths.
 
     Parameters
     ----------
-    function, space, seed, out, check_gradient, name
+    function, space, seed, out, check_gradient, name, threads
         As in :func:`explore`.
     minima
         Points from which descents lead to the minima, shape (k, n).
@@ -286,7 +304,7 @@ def map(
     """
     keeps = None if out is not None else Folder()
     target = Path(out) if keeps is None else keeps / "surface.landscape"  # type: ignore[arg-type]
-    surface, chosen, _ = _surface(function, space, box, minima, None, False, name)
+    surface, chosen, _ = _surface(function, space, box, minima, None, False, name, threads)
     told = f"landscape.map({name or _name(function)}, {np.shape(minima)} points, {chosen!r}, seed={seed}) in Python"
     surface.map(minima, _search(
         target, told, seed=seed, check_gradient=check_gradient, quiet=not wanted(progress), neighbours=neighbours,
@@ -297,36 +315,41 @@ def map(
 
 def quench(
     function: EnergyFunction, starts: ArrayLike, space: Space | None = None, *, gradient_tolerance: float | None = None,
-    box: tuple[ArrayLike, ArrayLike] | None = None,
+    box: tuple[ArrayLike, ArrayLike] | None = None, threads: int | None = None,
 ) -> Descents:
     """Descends from each of ``starts``, shape (k, n), to a minimum by L-BFGS. ``gradient_tolerance``: energy per length; by
     default measured on the surface."""
-    surface, _, _ = _surface(function, space, box, starts, None, False, None)
+    surface, _, _ = _surface(function, space, box, starts, None, False, None, threads)
     return Descents(*surface.quench(starts, gradient_tolerance))
 
 
 def evaluate(
     function: EnergyFunction, points: ArrayLike, space: Space | None = None, *, batch: bool = False,
-    box: tuple[ArrayLike, ArrayLike] | None = None,
+    box: tuple[ArrayLike, ArrayLike] | None = None, threads: int | None = None,
 ) -> tuple[Floats, Floats]:
     """Energies (k,) and gradients (k, tangents) at ``points``, shape (k, n), as a search gets them, with all its checks."""
-    surface, _, _ = _surface(function, space, box, points, None, batch, None)
+    surface, _, _ = _surface(function, space, box, points, None, batch, None, threads)
     return surface.evaluate(points)
 
 
 class AseEnergy:
-    """The energy of an ASE calculator as a function: positions (Å), shape (3 n,), to energy (eV) and gradient (eV/Å)."""
+    """The energy of an ASE calculator as a function: positions (Å), shape (3 n,), to energy (eV) and gradient (eV/Å).
+
+    Calls take turns, because a calculator keeps its last result.
+    """
 
     def __init__(self, atoms: Any, calculator: Any) -> None:
         self.atoms: Any = atoms.copy()
         self.atoms.calc = calculator
         self.space: Atoms = Atoms(len(atoms), tuple(atoms.get_chemical_symbols()))
         self.__name__: str = type(calculator).__name__
+        self._turn = threading.Lock()
 
     def __call__(self, x: Floats) -> tuple[float, Floats]:
-        self.atoms.set_positions(x.reshape(-1, 3))
-        energy = float(self.atoms.get_potential_energy())
-        return energy, -np.asarray(self.atoms.get_forces(), dtype=np.float64).ravel()
+        with self._turn:
+            self.atoms.set_positions(x.reshape(-1, 3))
+            energy = float(self.atoms.get_potential_energy())
+            return energy, -np.asarray(self.atoms.get_forces(), dtype=np.float64).ravel()
 
 
 def from_ase(atoms: Any, calculator: Any) -> AseEnergy:
