@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Makes the pictures of this folder and the loop of the README: docs/page/screenshots.sh [PROGRAM]
-# Builds the pages with the program (by default target/release/landscape), which takes some minutes. Needs chromium, nodejs
-# and webp from Debian.
+# Builds the pages with the program (by default target/release/landscape), which takes some minutes. Needs chromium, nodejs,
+# webp and python3-pil from Debian. At the end callouts.py numbers parts of some pictures: look at them.
 set -euo pipefail
 program=$(realpath "${1:-$(dirname "$0")/../../target/release/landscape}")
 cd "$(dirname "$0")"
@@ -33,4 +33,5 @@ surface torsion torsion 1 3 1 3 1 2
 node "$pictures/camera.mjs" "$work" "$work/pictures" "$work/frames"
 img2webp -loop 0 -d 70 -lossy -q 78 -m 4 -kmin 30 -kmax 60 "$work"/frames/*.png -o "$work/pictures/loop.webp" > log
 mv "$work"/pictures/*.webp "$pictures/"
+python3 "$pictures/callouts.py"
 ls -l "$pictures"/*.webp

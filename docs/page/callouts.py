@@ -1,0 +1,112 @@
+#!/usr/bin/env python3
+"""Cuts parts out of the pictures of this folder and numbers what docs/pictures.md explains: docs/page/callouts.py
+
+Needs Pillow. screenshots.sh calls this. The places below are those of the present pictures, so look at the results after the
+page has changed.
+"""
+
+import pathlib
+
+from PIL import Image, ImageDraw, ImageFont
+
+HERE = pathlib.Path(__file__).resolve().parent
+INK = (29, 29, 36)
+GROUND = (243, 244, 246)
+RADIUS = 15
+SCALE = 4  # drawn larger and made smaller, so that edges are smooth
+
+# Of each new picture: the picture, its parts (left, top, right, bottom), which stand side by side, the height of what is added
+# below, and for each number the place of its circle and the place that it points to, in pixels of the picture.
+PICTURES = {
+    "surface_numbered": (
+        "surface",
+        [(16, 100, 424, 648), (840, 100, 1424, 648)],
+        0,
+        [
+            ((205, 610), (160, 590)),
+            ((320, 268), (292, 309)),
+            ((165, 240), (214, 198)),
+            ((985, 330), (1032, 370)),
+        ],
+    ),
+    "tree_numbered": (
+        "families",
+        [(16, 100, 542, 648), (956, 100, 1424, 648)],
+        0,
+        [
+            ((385, 615), (320, 576)),
+            ((65, 265), (65, 205)),
+            ((315, 335), (366, 366)),
+            ((1330, 330), (1235, 350)),
+        ],
+    ),
+    "level_numbered": (
+        "families",
+        [(16, 100, 952, 648)],
+        0,
+        [
+            ((48, 545), (50, 508)),
+            ((150, 566), (186, 528)),
+            ((470, 580), (432, 540)),
+            ((66, 440), (108, 456)),
+        ],
+    ),
+    "trust_numbered": (
+        "families",
+        [(0, 62, 1130, 98)],
+        30,
+        [((x, 111), (x, 91)) for x in (27, 234, 496, 696, 939)],
+    ),
+    "way_numbered": (
+        "way",
+        [(16, 100, 1424, 1000)],
+        0,
+        [
+            ((286, 563), (288, 592)),
+            ((1320, 765), (1270, 765)),
+            ((365, 912), (330, 938)),
+            ((1190, 850), (1235, 838)),
+            ((860, 975), (895, 994)),
+        ],
+    ),
+}
+
+
+def joined(name, parts, below):
+    """The parts side by side, and a function from a place in the picture to the place here."""
+    picture = Image.open(HERE / f"{name}.webp").convert("RGB")
+    size = (sum(right - left for left, _, right, _ in parts), parts[0][3] - parts[0][1] + below)
+    whole = Image.new("RGB", size, GROUND)
+    starts, x = [], 0
+    for part in parts:
+        whole.paste(picture.crop(part), (x, 0))
+        starts.append(x)
+        x += part[2] - part[0]
+
+    def here(place):
+        k = next(k for k, (left, _, right, _) in enumerate(parts) if left <= place[0] < right)
+        return (place[0] - parts[k][0] + starts[k], place[1] - parts[k][1])
+
+    return whole, here
+
+
+def numbered(name, parts, below, callouts):
+    picture, here = joined(name, parts, below)
+    layer = Image.new("RGBA", (SCALE * picture.width, SCALE * picture.height), (*INK, 0))
+    draw = ImageDraw.Draw(layer)
+    font = ImageFont.load_default(SCALE * 19)
+    for number, places in enumerate(callouts, 1):
+        middle, target = [tuple(SCALE * part for part in here(place)) for place in places]
+        draw.line([middle, target], fill="white", width=SCALE * 6)
+        draw.line([middle, target], fill=INK, width=SCALE * 2)
+        for (x, y), radius, edge in [(target, 4, 1), (middle, RADIUS, 2)]:
+            radius *= SCALE
+            draw.ellipse([x - radius, y - radius, x + radius, y + radius], fill=INK, outline="white", width=SCALE * edge)
+        draw.text(middle, str(number), fill="white", font=font, anchor="mm", stroke_width=SCALE // 2, stroke_fill="white")
+    layer = layer.resize(picture.size, Image.Resampling.LANCZOS)
+    picture.paste(layer, (0, 0), layer)
+    return picture
+
+
+for made, what in PICTURES.items():
+    numbered(*what).save(HERE / f"{made}.webp", quality=82, method=6)
