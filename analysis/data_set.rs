@@ -9,7 +9,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use landscape::cli::call;
+use landscape::cli::{Stop, call};
 use landscape::hand::HAND_NAMES;
 use landscape::object::OBJECT_NAMES;
 
@@ -66,7 +66,7 @@ fn main() -> Result<(), Failure> {
 /// Runs a command of the program that writes `output`, with its progress on standard error.
 fn run(words: &[&str], output: &Path) -> Result<(), Failure> {
     let words = ["landscape"].iter().chain(words).copied();
-    call(words.chain([text(output)?]), true)?;
+    call(words.chain([text(output)?]), true, &Stop::default())?;
     Ok(())
 }
 

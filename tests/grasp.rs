@@ -21,6 +21,7 @@ mod published;
 #[path = "../analysis/relaxed.rs"]
 mod relaxed;
 mod shapes;
+mod skipped;
 mod stability;
 mod synthesis;
 mod taxonomy_fixtures;

@@ -5,7 +5,6 @@
 
 use std::fmt::Write as _;
 use std::fs;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -17,8 +16,7 @@ use nalgebra::{Matrix3, Vector3};
 fn published() -> Option<PathBuf> {
     let folder = crate::published::folder();
     if folder.is_none() {
-        // Past the harness, which captures what the print macros write.
-        let _ = writeln!(std::io::stderr(), "SKIPPED: LANDSCAPE_TEST_DATA is not set");
+        crate::skipped::skipped("LANDSCAPE_TEST_DATA is not set");
     }
     folder
 }

@@ -127,7 +127,7 @@ fn sizes_are_told_apart() {
             landscape::energy::model::named(&["lj".to_owned(), atoms.to_string()]).unwrap();
         let draw = in_box(&surface.low, &surface.high);
         let settings = SearchSettings::measured(&*surface.energy, &draw, 1);
-        let probe = probe_size(&*surface.energy, &draw, &settings);
+        let probe = probe_size(&*surface.energy, &draw, &settings, &|| false);
         assert_eq!(
             probe.is_too_large(&settings),
             too_large,
@@ -148,7 +148,7 @@ fn the_double_funnel() {
     let settings = SearchSettings::measured(energy, &draw, 1);
     let started = Instant::now();
     let run = Run {
-        enough: &|| started.elapsed() > Duration::from_mins(10),
+        enough: &|share| started.elapsed() > Duration::from_mins(10).mul_f64(share),
         ..Run::default()
     };
     let lowest = LowestSettings::default();

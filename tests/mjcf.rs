@@ -410,3 +410,21 @@ fn large_descriptions_take_no_time_or_are_refused() {
         assert!(parts.iter().all(|part| error.contains(part)), "{error}");
     }
 }
+
+/// A model without a name of its own has that of its file.
+#[test]
+fn nameless_models_are_called_as_their_files() {
+    let name = |text: &str| {
+        let folder = tempfile::tempdir().expect("a folder for two small files");
+        let path = folder.path().join("claw.v2.xml");
+        fs::write(folder.path().join("tip.xml"), TIP).expect("space for a small file");
+        fs::write(&path, text).expect("space for a small file");
+        let files = HandFiles::load(&path).expect("a hand");
+        Hand::from_files(&files).expect("a hand").name
+    };
+    assert_eq!(name(KNOT), "knot");
+    for model in ["", " model=\"\"", " model=\"MuJoCo Model\""] {
+        let text = KNOT.replacen(" model=\"knot\"", model, 1);
+        assert_eq!(name(&text), "claw.v2");
+    }
+}

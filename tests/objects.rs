@@ -1,7 +1,6 @@
 //! The objects of `data/objects`, and fields compared with exact distances.
 #![cfg(feature = "grasp")]
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use landscape::mesh::{ExactMesh, Mesh};
@@ -32,8 +31,7 @@ fn read(name: &str) -> (Mesh, Description) {
 fn scans() -> Option<PathBuf> {
     let root = std::env::var_os("LANDSCAPE_TEST_DATA");
     if root.is_none() {
-        // Past the harness, which captures what the print macros write.
-        let _ = writeln!(std::io::stderr(), "SKIPPED: LANDSCAPE_TEST_DATA is not set");
+        crate::skipped::skipped("LANDSCAPE_TEST_DATA is not set");
     }
     root.map(|root| PathBuf::from(root).join("objects"))
 }

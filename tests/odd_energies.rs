@@ -1,7 +1,7 @@
 //! A gallery of awkward energies: what the search says of each is known beforehand.
 
-use landscape::energy::{Energy, FunctionOn};
-use landscape::space::Euclidean;
+use landscape::energy::{Energy, FunctionOn, check_gradient};
+use landscape::space::{Euclidean, FixedFrame, Periodic};
 use landscape::topography::{self, Doubt, Exploration, SearchSettings, explore, in_box};
 
 /// Searches from random points of the square of side 2 `half`, with several seeds.
@@ -234,4 +234,57 @@ fn plains_stiff_valleys_and_close_pairs_are_mapped() {
             );
         }
     }
+}
+
+/// Side of the cell of [`adatoms`].
+const PERIOD: f64 = 2.0;
+
+/// Two atoms of these kinds on four sites of a surface, two along each side of a cell, which repel each other.
+fn adatoms(kinds: &[usize]) -> impl Energy {
+    let cell = Periodic::new(&[0.0; 6], &[PERIOD, PERIOD, f64::INFINITY].repeat(2));
+    let turn = std::f64::consts::TAU;
+    let function = move |x: &[f64], gradient: &mut [f64]| {
+        let mut energy = 0.0;
+        for (x, slope) in x.chunks(3).zip(gradient.chunks_mut(3)) {
+            for side in 0..2 {
+                // One of the two sites is a little deeper.
+                energy -= libm::cos(turn * x[side]) + 0.1 * libm::cos(0.5 * turn * x[side]);
+                slope[side] = turn * libm::sin(turn * x[side])
+                    + 0.05 * turn * libm::sin(0.5 * turn * x[side]);
+            }
+            energy += x[2] * x[2];
+            slope[2] = 2.0 * x[2];
+        }
+        let apart = [0, 1].map(|side| 0.5 * turn * (x[side] - x[side + 3]));
+        let cosines = libm::cos(apart[0]) + libm::cos(apart[1]);
+        let repulsion = 20.0 * libm::exp(3.0 * (cosines - 2.0));
+        for side in 0..2 {
+            let slope = -1.5 * turn * repulsion * libm::sin(apart[side]);
+            gradient[side] += slope;
+            gradient[side + 3] -= slope;
+        }
+        energy + repulsion
+    };
+    FunctionOn::new(FixedFrame::new(cell, kinds), function)
+}
+
+/// Equal atoms that change places make no second minimum.
+#[test]
+fn equal_atoms_in_a_fixed_frame_have_no_numbers() {
+    let search = |kinds: &[usize]| {
+        let energy = adatoms(kinds);
+        let (low, high) = ([0.0, 0.0, -0.5].repeat(2), [PERIOD, PERIOD, 0.5].repeat(2));
+        let draw = in_box(&low, &high);
+        let settings = SearchSettings::measured(&energy, &draw, 1);
+        let points = vec![vec![0.1, 0.2, 0.3, 1.1, 0.7, -0.1]];
+        check_gradient(&energy, &points, 1e-5).unwrap();
+        explore(&energy, &draw, &settings, &topography::Run::default()).unwrap()
+    };
+    let (equal, distinct) = (search(&[0, 0]), search(&[0, 1]));
+    // Each set of places, without and with an order.
+    assert!(equal.minima.len() >= 6, "a pair of sites each");
+    assert_eq!(2 * equal.minima.len(), distinct.minima.len());
+    assert!((equal.minima[0].energy - distinct.minima[0].energy).abs() < 1e-9);
+    // A way over which two equal atoms change places joins a minimum to itself.
+    assert!(equal.saddles.len() < distinct.saddles.len());
 }

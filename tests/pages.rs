@@ -5,7 +5,6 @@ use std::env;
 use std::error::Error;
 use std::ffi::OsString;
 use std::fs;
-use std::io::Write;
 use std::path::{Component, Path, PathBuf};
 use std::process::Command;
 
@@ -227,7 +226,7 @@ fn follow(tutorial: &str, makes: &[&str]) -> Desk {
     assert!(!commands.is_empty(), "{tutorial} has no commands");
     for command in commands {
         if command.contains("python3") && !python {
-            let _ = writeln!(std::io::stderr(), "SKIPPED: there is no python3");
+            crate::skipped::skipped("there is no python3");
             continue;
         }
         let run = Command::new("sh")
@@ -251,7 +250,6 @@ fn the_tutorial_of_hands_runs() {
     follow(
         "own_hand.md",
         &[
-            "claw.json",
             "claw.png",
             "claw.grasps.html",
             "claw.landscape/report.html",

@@ -17,6 +17,7 @@ mod pages;
 mod paper_claims;
 mod pickled;
 mod report;
+mod skipped;
 mod surface;
 mod thermodynamics;
 mod toy_hand;

@@ -128,6 +128,76 @@ fn thermodynamics_of_a_surface() {
     assert!(rate(&format!("{there} --friction 100")) < rate(there) - 0.5);
 }
 
+/// The saddle of a surface with one coordinate has no positive curvature: its ln-product is 0, and known.
+#[test]
+fn min_data_and_ts_data_alone_give_the_rates_of_one_coordinate() {
+    let desk = Desk::empty();
+    let made = desk.run("surface double-well 1 0.4 --no-report -q -o line.landscape");
+    assert!(made.status.success(), "{made:?}");
+    let folder = desk.path("copied");
+    fs::create_dir(&folder).unwrap();
+    for name in ["min.data", "ts.data"] {
+        fs::copy(desk.path("line.landscape").join(name), folder.join(name)).unwrap();
+    }
+    let rate = |folder: &str| {
+        let line = format!("rates {folder} --from m1 --to m0 --temperature 0.1 --json");
+        let output = desk.run(&line);
+        assert!(output.status.success(), "{output:?}");
+        let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        found["at"][0]["forward"]["log_first_passage_rate"]
+            .as_f64()
+            .unwrap()
+    };
+    approx::assert_relative_eq!(rate("line.landscape"), rate("copied"), max_relative = 1e-12);
+    // Transition states with placeholders are none.
+    let states = fs::read_to_string(folder.join("ts.data")).unwrap();
+    fs::write(folder.join("ts.data"), states.replace("1e-300", "0.0")).unwrap();
+    let said = desk.mistake("rates copied --from m1 --to m0 --temperature 0.1");
+    assert_says(
+        &said,
+        &["of copied has curvatures", "placeholders", "1e-300"],
+    );
+}
+
+/// PATHSAMPLE writes a ninth column, and numbers of finite length.
+#[test]
+fn what_was_changed_in_files_is_told() {
+    let desk = Desk::empty();
+    let folder = desk.path("rounded");
+    fs::create_dir(&folder).unwrap();
+    fs::write(folder.join("min.data"), "-1 3 1 0 0 0\n0 2 1 0 0 0\n").unwrap();
+    fs::write(folder.join("ts.data"), "-1e-11 2 1 1 2 0 0 0 7.5\n").unwrap();
+    for line in [
+        "import rounded --no-report",
+        "rates rounded --from m1 --to m0 --temperature 0.1",
+        "thermodynamics rounded",
+    ] {
+        let output = desk.run(line);
+        assert!(output.status.success(), "{output:?}");
+        let said = String::from_utf8(output.stdout).unwrap();
+        assert_says(&said, &["ts.data has more columns", "were raised to it"]);
+    }
+}
+
+/// The minima differ by the rounding of their descents.
+#[test]
+fn equal_minima_give_usual_temperatures_and_no_frustration() {
+    let desk = Desk::empty();
+    assert!(
+        desk.run("surface double-well 2 --no-report -q -o two.landscape")
+            .status
+            .success()
+    );
+    let output = desk.run("thermodynamics two.landscape --json");
+    assert!(output.status.success(), "{output:?}");
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    for at in found["curves"].as_array().unwrap() {
+        assert!(at["temperature"].as_f64().unwrap() > 1e-4, "{at}");
+        let frustration = at["frustration"].as_f64().unwrap_or(1.0);
+        assert!((0.0..1e3).contains(&frustration), "{at}");
+    }
+}
+
 #[test]
 fn mistakes_are_told() {
     let desk = Desk::empty();

@@ -360,6 +360,14 @@ fn differences_are_told() {
         tree.minimax(partner(ends[0]), partner(ends[1]))
     );
 
+    // What is not known is not told as 0.
+    let json = desk.succeed("diff even.landscape tilted.landscape --within 0 --json");
+    let value: Value = serde_json::from_str(&json).unwrap();
+    assert!(value["matches"].as_array().unwrap().is_empty());
+    for change in ["mean_change", "rms_change", "largest_change"] {
+        assert!(value["likeness"][change].is_null(), "{change}: {json}");
+    }
+
     desk.succeed("surface double-well 3 -q -o cube.landscape");
     for (line, said) in [
         (

@@ -61,6 +61,45 @@ pub(crate) fn points(
     }
 }
 
+/// Largest difference of the length of a quaternion from 1: beyond it, it is none.
+const NO_QUATERNION: f64 = 1e-3;
+/// Largest difference of the length of a quaternion from 1 that is left as it is.
+const ROUNDED: f64 = 1e-9;
+/// Largest number of a pose, metres or radians.
+const LARGEST: f64 = 1e6;
+
+/// Poses of a hand, one on each row: position, unit quaternion (w, x, y, z), joints.
+pub(crate) fn poses(
+    py: Python<'_>,
+    name: &str,
+    given: &Bound<'_, PyAny>,
+    columns: usize,
+) -> PyResult<Vec<Vec<f64>>> {
+    let mut rows = points(py, name, given, columns)?;
+    for (row, x) in rows.iter_mut().enumerate() {
+        onto_poses(x).map_err(|wrong| input(py, format!("{name}: row {row} {wrong}")))?;
+    }
+    Ok(rows)
+}
+
+/// Makes the quaternion of a pose one of unit length, or says why the numbers are no pose.
+pub(crate) fn onto_poses(x: &mut [f64]) -> Result<(), String> {
+    if let Some(far) = x.iter().find(|x| x.abs() > LARGEST) {
+        return Err(format!("has the number {far}, which is too large"));
+    }
+    let length = x[3..7].iter().map(|q| q * q).sum::<f64>().sqrt();
+    if (length - 1.0).abs() > NO_QUATERNION {
+        return Err(format!(
+            "has the quaternion (w, x, y, z) = {:?}, whose length is {length:.4} instead of 1",
+            &x[3..7]
+        ));
+    }
+    if (length - 1.0).abs() > ROUNDED {
+        x[3..7].iter_mut().for_each(|q| *q /= length);
+    }
+    Ok(())
+}
+
 /// A vector of `count` numbers.
 pub(crate) fn vector(
     py: Python<'_>,
@@ -75,8 +114,10 @@ pub(crate) fn vector(
         ));
     };
     let values = array.as_array().to_vec();
-    if values.len() == count {
+    if values.len() == count && values.iter().all(|x| x.is_finite()) {
         Ok(values)
+    } else if values.len() == count {
+        Err(input(py, format!("{name} has a number that is not finite")))
     } else {
         Err(input(
             py,

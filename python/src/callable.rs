@@ -14,8 +14,17 @@ use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use rayon::prelude::*;
 
 use crate::error::Failure;
+use crate::work::ending;
+
+/// Points for which a function that takes many is asked at once.
+const BATCH: usize = 1024;
+/// Largest difference between mirrored elements of a Hessian, as a share of its largest element.
+const ASYMMETRY: f64 = 1e-6;
+/// Largest difference between a Hessian and differences of the gradient, as a share of its largest element.
+const HESSIAN_ERROR: f64 = 1e-2;
 
 /// A function of the caller, and what became of it.
 pub(crate) struct Asked {
@@ -86,7 +95,8 @@ impl Asked {
 
     /// What `ask` returns with the interpreter, or `otherwise` after an error.
     fn asked<T>(&self, otherwise: T, ask: impl FnOnce(Python<'_>) -> Result<T, Failure>) -> T {
-        if self.stopped.load(Ordering::Relaxed) {
+        if self.stopped.load(Ordering::Relaxed) || ending() {
+            self.stop();
             return otherwise;
         }
         match Python::try_attach(ask) {
@@ -114,6 +124,33 @@ impl Asked {
                 self.ask(py, x, gradient)
             }
         })
+    }
+
+    /// Energies and gradients at many points, together if the function takes many.
+    pub(crate) fn evaluate_all(
+        &self,
+        points: &[Vec<f64>],
+        energies: &mut [f64],
+        gradients: &mut [f64],
+    ) {
+        let size = if self.batch { BATCH } else { 1 };
+        let parts = (energies.par_chunks_mut(size))
+            .zip(gradients.par_chunks_mut(size * self.tangents.max(1)));
+        parts
+            .zip(points.par_chunks(size))
+            .for_each(|((energies, gradients), points)| {
+                if self.batch {
+                    let done = self.asked(false, |py| {
+                        self.ask_batch(py, points, energies, gradients)
+                            .map(|()| true)
+                    });
+                    if !done {
+                        energies.fill(f64::INFINITY);
+                    }
+                } else {
+                    energies[0] = self.evaluate(&points[0], gradients);
+                }
+            });
     }
 
     /// The two values that the function returns for `given`. A failure names the point `x`.
@@ -206,17 +243,18 @@ impl Asked {
             (1, "gradients", &mut *gradients),
         ] {
             let told = pair.get_item(place).map_err(Failure::Raised)?;
-            let array = numbers(py, &told).ok();
-            let read = array
-                .as_ref()
-                .and_then(|array| array.cast::<PyArray1<f64>>().ok());
-            if !read.is_some_and(|array| copied(array.clone(), target)) {
+            let shape = if place == 0 {
+                vec![points.len()]
+            } else {
+                vec![points.len(), self.tangents]
+            };
+            if !table_copied(py, &told, &shape, target) {
                 return Err(wrong(
                     first,
                     format!(
-                        "the {name} of {} points must be {} numbers, but are {}",
+                        "the {name} of {} points must be an array of the shape {}, but are {}",
                         points.len(),
-                        target.len(),
+                        shown(&shape),
                         kind(&told)
                     ),
                 ));
@@ -243,20 +281,104 @@ impl Asked {
         let given = PyArray1::from_slice(py, x);
         let answer = function.bind(py).call1((given,)).map_err(Failure::Raised)?;
         let n = self.tangents;
-        let array = numbers(py, &answer).ok();
-        let read = array
-            .as_ref()
-            .and_then(|array| array.cast::<PyArray1<f64>>().ok());
-        if read.is_some_and(|array| copied(array.clone(), hessian)) {
-            return Ok(true);
+        if !table_copied(py, &answer, &[n, n], hessian) {
+            return Err(wrong(
+                x,
+                format!(
+                    "the Hessian must be an array of the shape ({n}, {n}), but is {}",
+                    kind(&answer)
+                ),
+            ));
         }
-        Err(wrong(
-            x,
-            format!(
-                "the Hessian must be an array of the shape ({n}, {n}), but is {}",
-                kind(&answer)
-            ),
-        ))
+        let largest = hessian.iter().fold(0.0, |most: f64, h| most.max(h.abs()));
+        for (row, column) in (0..n).flat_map(|row| (0..=row).map(move |column| (row, column))) {
+            let pair = [hessian[row * n + column], hessian[column * n + row]];
+            if pair.iter().any(|h| !h.is_finite())
+                || (pair[0] - pair[1]).abs() > ASYMMETRY * largest
+            {
+                return Err(wrong(
+                    x,
+                    format!(
+                        "the Hessian must be finite and symmetric, but its elements ({row}, {column}) and ({column}, {row}) are \
+                         {} and {}",
+                        pair[0], pair[1]
+                    ),
+                ));
+            }
+        }
+        Ok(true)
+    }
+
+    /// Compares the caller's second derivatives at `points` with differences of the gradients of `energy`.
+    pub(crate) fn check_hessian(
+        &self,
+        energy: &dyn Energy,
+        points: &[Vec<f64>],
+        step: f64,
+    ) -> Result<(), Failure> {
+        let Some(function) = &self.hessian else {
+            return Ok(());
+        };
+        let n = self.tangents;
+        for x in points {
+            let mut given = vec![0.0; n * n];
+            if !self.asked(false, |py| self.ask_hessian(py, function, x, &mut given)) {
+                return self.check();
+            }
+            let slopes = |points: &[Vec<f64>]| {
+                let mut slopes = vec![0.0; points.len() * n];
+                (points.iter().zip(slopes.chunks_mut(n)))
+                    .all(|(x, slope)| energy.evaluate(x, slope).is_finite())
+                    .then_some(slopes)
+            };
+            let mut measured = vec![0.0; n * n];
+            if !hessian_from_gradients(energy.space(), x, step, slopes, &mut measured) {
+                continue;
+            }
+            let largest = measured.iter().fold(0.0, |most: f64, h| most.max(h.abs()));
+            let differs = |(a, b): (&f64, &f64)| (a - b).abs() > HESSIAN_ERROR * largest;
+            if let Some(place) = given.iter().zip(&measured).position(differs) {
+                return Err(wrong(
+                    x,
+                    format!(
+                        "element ({}, {}) of the Hessian is {}, but differences of the gradient give {}",
+                        place / n,
+                        place % n,
+                        given[place],
+                        measured[place]
+                    ),
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Copies an array of the given shape that a function returned.
+fn table_copied(
+    py: Python<'_>,
+    told: &Bound<'_, PyAny>,
+    shape: &[usize],
+    target: &mut [f64],
+) -> bool {
+    let same = told
+        .getattr("shape")
+        .and_then(|told| told.extract::<Vec<usize>>());
+    // Lists and the like have no shape; their numbers are counted below.
+    if same.is_ok_and(|told| told != shape) {
+        return false;
+    }
+    let array = numbers(py, told).ok();
+    (array.as_ref())
+        .and_then(|array| array.cast::<PyArray1<f64>>().ok())
+        .is_some_and(|array| copied(array.clone(), target))
+}
+
+/// A shape as Python writes it.
+fn shown(shape: &[usize]) -> String {
+    match shape {
+        [one] => format!("({one},)"),
+        sides => format!("{sides:?}").replace('[', "(").replace(']', ")"),
     }
 }
 

@@ -9,7 +9,7 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use crate::arrays::{column, points, table};
+use crate::arrays::{column, points, poses as poses_of, table};
 use crate::error;
 use crate::grasps::Grasps;
 use crate::hand::{self, Hand};
@@ -25,6 +25,7 @@ const CHUNK: usize = 4096;
 pub(crate) struct Energy {
     pub(crate) energy: Arc<GraspEnergy>,
     hand: landscape::store::HandMetadata,
+    object_hash: String,
 }
 
 /// Energies and gradients, row by row.
@@ -49,6 +50,7 @@ impl Energy {
         Ok(Self {
             energy: Arc::new(energy),
             hand: hand.metadata.clone(),
+            object_hash: object.metadata.content_hash.clone(),
         })
     }
 
@@ -74,8 +76,19 @@ impl Energy {
     }
 
     fn poses<'py>(&self, py: Python<'py>, grasps: &Grasps) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        for told in &grasps.file.metadata.hands {
+        let rows = || grasps.file.grasps.iter();
+        let hands = grasps.file.metadata.hands.iter();
+        for told in hands.filter(|told| rows().any(|row| row.hand == told.name)) {
             hand::same(py, &self.hand, told)?;
+        }
+        let objects = grasps.file.metadata.objects.iter();
+        for told in objects.filter(|told| rows().any(|row| row.object == told.name)) {
+            if told.content_hash != self.object_hash {
+                return Err(error::input(
+                    py,
+                    format!("the grasps are of another object `{}`", told.name),
+                ));
+            }
         }
         grasps.poses(py)
     }
@@ -85,7 +98,7 @@ impl Energy {
         py: Python<'py>,
         poses: &Bound<'py, PyAny>,
     ) -> PyResult<Evaluated<'py>> {
-        let poses = points(py, "poses", poses, self.energy.space().coordinates())?;
+        let poses = poses_of(py, "poses", poses, self.energy.space().coordinates())?;
         let tangents = self.energy.space().tangents();
         let mut energies = vec![0.0; poses.len()];
         let mut gradients = vec![0.0; poses.len() * tangents];
@@ -110,7 +123,7 @@ impl Energy {
         py: Python<'py>,
         poses: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let poses = points(py, "poses", poses, self.energy.space().coordinates())?;
+        let poses = poses_of(py, "poses", poses, self.energy.space().coordinates())?;
         let count = self.energy.term_names().len();
         let mut values = Vec::with_capacity(poses.len() * count);
         for poses in poses.chunks(CHUNK) {
@@ -135,7 +148,7 @@ impl Energy {
         tangents: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let space = self.energy.space();
-        let mut poses = points(py, "poses", poses, space.coordinates())?;
+        let mut poses = poses_of(py, "poses", poses, space.coordinates())?;
         let tangents = points(py, "tangents", tangents, space.tangents())?;
         if poses.len() != tangents.len() {
             return Err(error::input(

@@ -27,6 +27,8 @@ const UNIT: f64 = 1e-3;
 pub(crate) struct Grasps {
     pub(crate) file: Arc<GraspFile>,
     warnings: Vec<String>,
+    /// A grasp of those from which none was taken, whose columns an empty table has, too.
+    pattern: Option<GraspRow>,
 }
 
 impl Grasps {
@@ -34,6 +36,7 @@ impl Grasps {
         Self {
             file: Arc::new(file),
             warnings,
+            pattern: None,
         }
     }
 
@@ -48,7 +51,7 @@ impl Grasps {
             .map(|row| row.grasp.pose.joints().len())
             .collect();
         match counts.into_iter().collect::<Vec<_>>().as_slice() {
-            [] => Ok(0),
+            [] => Ok((self.pattern.as_ref()).map_or(0, |row| row.grasp.pose.joints().len())),
             [count] => Ok(*count),
             _ => Err(input(
                 py,
@@ -247,18 +250,26 @@ impl Grasps {
         if ids.len() < taken.len() {
             return Err(input(py, "a grasp is chosen twice, but ids must be unique"));
         }
-        Ok(Self::of(
-            GraspFile {
+        let pattern = self.rows().next().or(self.pattern.as_ref());
+        let pattern = pattern.filter(|_| taken.is_empty()).cloned();
+        Ok(Self {
+            file: Arc::new(GraspFile {
                 metadata: self.file.metadata.clone(),
                 grasps: taken,
-            },
-            Vec::new(),
-        ))
+            }),
+            warnings: Vec::new(),
+            pattern,
+        })
     }
 
-    /// The bytes of the file.
+    /// The bytes of the file. Without grasps, they hold a pattern: one grasp of those from which none was taken.
     fn encode<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = briefly(py, || self.file.encode(Path::new("grasps.parquet")))?;
+        let pattern = self.pattern.as_ref().map(|row| GraspFile {
+            metadata: self.file.metadata.clone(),
+            grasps: vec![row.clone()],
+        });
+        let file = pattern.as_ref().unwrap_or(&self.file);
+        let bytes = briefly(py, || file.encode(Path::new("grasps.parquet")))?;
         bytes
             .map(|bytes| PyBytes::new(py, &bytes))
             .map_err(|wrong| error::of(py, &wrong))

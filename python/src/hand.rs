@@ -9,7 +9,7 @@ use landscape::study;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 
-use crate::arrays::{column, table, vector};
+use crate::arrays::{column, onto_poses, table, vector};
 use crate::error::{Failure, input};
 use crate::work::detached;
 
@@ -23,7 +23,8 @@ pub(crate) struct Hand {
 
 impl Hand {
     fn posed<'py>(&self, py: Python<'py>, pose: &Bound<'py, PyAny>) -> PyResult<PosedHand> {
-        let x = vector(py, "pose", pose, self.hand.joints.len() + 7)?;
+        let mut x = vector(py, "pose", pose, self.hand.joints.len() + 7)?;
+        onto_poses(&mut x).map_err(|wrong| input(py, format!("pose {wrong}")))?;
         let mut posed = PosedHand::default();
         self.hand.pose(&x, &mut posed);
         Ok(posed)

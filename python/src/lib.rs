@@ -35,6 +35,10 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<landscape::Folder>()?;
     module.add_function(wrap_pyfunction!(command::main, module)?)?;
     module.add_function(wrap_pyfunction!(command::call, module)?)?;
+    module.add_function(wrap_pyfunction!(command::check_output, module)?)?;
     module.add_function(wrap_pyfunction!(work::panic, module)?)?;
+    let finish = wrap_pyfunction!(work::finish, module)?;
+    let py = module.py();
+    (py.import("atexit")?).call_method1("register", (finish,))?;
     Ok(())
 }

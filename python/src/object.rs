@@ -14,12 +14,19 @@ use crate::arrays::{column, points, table};
 use crate::error::{Failure, input};
 use crate::work::{briefly, detached};
 
+/// Points that are measured between two looks for signals.
+const CHUNK: usize = 65536;
+/// Largest coordinate of a point, metres.
+const FARTHEST_M: f64 = 1e6;
+
 /// An object: a closed mesh and a smooth field of distances.
 #[pyclass(frozen, module = "landscape._native")]
 #[derive(Debug)]
 pub(crate) struct Object {
     pub(crate) metadata: ObjectMetadata,
     pub(crate) scale: f64,
+    /// What was repaired or left out when it was read.
+    notes: Vec<String>,
     pub(crate) object: Arc<landscape::object::Object>,
 }
 
@@ -59,10 +66,16 @@ impl Object {
             study::InputError::NoObject => Failure::Input(format!("object {place}: {error}")),
             error => Failure::of(&error),
         };
-        let (metadata, object, _) = detached(py, || (), move || read().map_err(told))?;
+        let (metadata, object, mut notes) = detached(py, || (), move || read().map_err(told))?;
+        for note in &object.notes {
+            if !notes.contains(note) {
+                notes.push(note.clone());
+            }
+        }
         Ok(Self {
             metadata,
             scale,
+            notes,
             object,
         })
     }
@@ -89,7 +102,7 @@ impl Object {
 
     #[getter]
     fn notes(&self) -> Vec<String> {
-        self.object.notes.clone()
+        self.notes.clone()
     }
 
     #[getter]
@@ -110,7 +123,20 @@ impl Object {
         given: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let given = points(py, "points", given, 3)?;
-        let found = briefly(py, || self.at(|object, x| object.exact.distance(x), &given))?;
+        let far = |x: &Vec<f64>| x.iter().any(|x| x.abs() > FARTHEST_M);
+        if let Some(row) = given.iter().position(far) {
+            return Err(input(
+                py,
+                format!("points: row {row} is more than {FARTHEST_M:.0} m away"),
+            ));
+        }
+        let mut found = Vec::with_capacity(given.len());
+        for given in given.chunks(CHUNK) {
+            found.extend(briefly(py, || {
+                self.at(|object, x| object.exact.distance(x), given)
+            })?);
+            py.check_signals()?;
+        }
         Ok(column(py, found))
     }
 }

@@ -18,13 +18,13 @@ use landscape::topography::{
 };
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
+use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
-use rayon::{ThreadBuilder, ThreadPoolBuilder};
 
 use crate::arrays::{column, points, table};
 use crate::callable::{Asked, Function};
 use crate::error::{Failure, input};
-use crate::work::detached;
+use crate::work::{attached, detached};
 
 /// A function on a space with a region, and how it is asked.
 #[pyclass(frozen, module = "landscape._native")]
@@ -49,6 +49,9 @@ impl std::fmt::Debug for Parts {
         shown.field("name", &self.name).finish_non_exhaustive()
     }
 }
+
+/// Share of the time that the estimate of the size of the landscape may take.
+const PROBE: f64 = 0.1;
 
 /// What a search does beside asking the function.
 #[derive(Debug, FromPyObject)]
@@ -107,22 +110,34 @@ impl Parts {
         }
     }
 
-    /// Compares the gradient with differences of the energy, unless the search does not want it.
+    /// Compares the gradient with differences of the energy, and the caller's Hessian with differences of the gradient.
     fn check(
         &self,
         energy: &dyn Energy,
         region: (&[f64], &[f64]),
-        search: &Search,
+        seed: u64,
     ) -> Result<(), Failure> {
-        if !search.check_gradient {
-            return Ok(());
-        }
         let step = difference_step(self.region());
         let proceed = || self.asked.check().map(|()| true);
-        let points = gradient_points(energy, region, step, search.seed, proceed)?;
+        let points = gradient_points(energy, region, step, seed, proceed)?;
         let checked = check_gradient(energy, &points, step);
         self.asked.check()?;
-        checked.map_err(|fault| Failure::Gradient(Box::new(fault)))
+        checked.map_err(|fault| Failure::Gradient(Box::new(fault)))?;
+        if self.kind == Coordinates::Box {
+            // Searches in a box ask for gradients only.
+            return Ok(());
+        }
+        self.asked.check_hessian(energy, &points, step)?;
+        self.asked.check()
+    }
+
+    /// The function in its box, if it has one that bounds it.
+    fn in_box(&self) -> Option<InBox<impl Fn(&[f64], &mut [f64]) -> f64 + Sync>> {
+        (self.kind == Coordinates::Box).then(|| {
+            InBox::new(&self.low, &self.high, |x, gradient| {
+                self.asked.evaluate(x, gradient)
+            })
+        })
     }
 
     fn folder(search: &Search) -> Result<AtomicFolder, Failure> {
@@ -131,11 +146,7 @@ impl Parts {
 
     fn explore(&self, mut known: Vec<Vec<f64>>, search: &Search) -> Result<String, Failure> {
         let function = self.function();
-        let boxed = (self.kind == Coordinates::Box).then(|| {
-            InBox::new(&self.low, &self.high, |x, gradient| {
-                self.asked.evaluate(x, gradient)
-            })
-        });
+        let boxed = self.in_box();
         let energy: &dyn Energy = match &boxed {
             Some(boxed) => boxed,
             None => function.energy(),
@@ -150,7 +161,12 @@ impl Parts {
             }
         }
         let started = Instant::now();
-        self.check(energy, (&low, &high), search)?;
+        let budget = search.budget_s.map(Duration::from_secs_f64);
+        let enough =
+            |share: f64| budget.is_some_and(|budget| started.elapsed() >= budget.mul_f64(share));
+        if search.check_gradient {
+            self.check(energy, (&low, &high), search.seed)?;
+        }
         let draw = in_region(energy.space(), (&low, &high));
         let counted = Counted::new(energy);
         let mut settings = SearchSettings::measured(&counted, &draw, search.seed);
@@ -162,7 +178,7 @@ impl Parts {
             "all" => false,
             "lowest" => true,
             _ => {
-                let probe = probe_size(energy, &draw, &settings);
+                let probe = probe_size(energy, &draw, &settings, &|| enough(PROBE));
                 probed = probe.evaluations as u64;
                 probe.is_too_large(&settings)
             }
@@ -180,8 +196,6 @@ impl Parts {
         let folder = Self::folder(search)?;
         let watch = Watch::new(search.quiet);
         let guard = || self.asked.check_journal();
-        let budget = search.budget_s.map(Duration::from_secs_f64);
-        let enough = || budget.is_some_and(|budget| started.elapsed() >= budget);
         let run = StudyRun {
             run: Run {
                 journal: &GuardedJournal {
@@ -194,8 +208,9 @@ impl Parts {
             },
             stage_ended: &|_, _| (),
         };
-        let shown = self.subject(energy);
+        let shown = self.subject(function.energy());
         let mut subject = shown.clone();
+        subject.energy = energy;
         (subject.low, subject.high) = (low.clone(), high.clone());
         let groups = GroupSettings {
             barrier: search.group_barrier,
@@ -211,7 +226,8 @@ impl Parts {
         self.asked.check()?;
         let mut searched = searched?;
         if let Some(boxed) = &boxed {
-            searched.shown_as(&|u| boxed.point(u));
+            searched.shown_as(&|u| boxed.point(u), &shown, &settings);
+            self.asked.check()?;
         }
         let report = SurfaceReport {
             subject: &shown,
@@ -230,7 +246,14 @@ impl Parts {
     fn map(&self, starts: &[Vec<f64>], search: &Search) -> Result<String, Failure> {
         let function = self.function();
         let energy = function.energy();
-        self.check(energy, self.region(), search)?;
+        if self.kind == Coordinates::Box {
+            return Err(Failure::Input(
+                "space Box(): a map in a box is not made; `explore` searches there".to_owned(),
+            ));
+        }
+        if search.check_gradient {
+            self.check(energy, self.region(), search.seed)?;
+        }
         let folder = Self::folder(search)?;
         let watch = Watch::new(search.quiet);
         let guard = || self.asked.check_journal();
@@ -322,6 +345,9 @@ impl Surface {
         let space = kind
             .space((&low, &high))
             .map_err(|wrong| input(py, format!("the space has {wrong}")))?;
+        if matches!(kind, Coordinates::Atoms | Coordinates::Elements(_)) && low.len() < 6 {
+            return Err(input(py, "Atoms(1): one atom has no shape; two are needed"));
+        }
         let asked = Asked::new(function, hessian, batch, &*space);
         Ok(Self {
             parts: Arc::new(Parts {
@@ -354,25 +380,43 @@ impl Surface {
     }
 
     /// Descends from each point.
+    #[pyo3(signature = (starts, gradient_tolerance, check_gradient=true))]
     fn quench<'py>(
         &self,
         py: Python<'py>,
         starts: &Bound<'py, PyAny>,
         gradient_tolerance: Option<f64>,
+        check_gradient: bool,
     ) -> PyResult<Descents<'py>> {
-        let starts = self.points(py, "starts", starts)?;
+        let mut starts = self.points(py, "starts", starts)?;
         let size = self.parts.low.len();
         let found = self.work(py, move |parts| {
             let function = parts.function();
-            let energy = function.energy();
+            let boxed = parts.in_box();
+            let mut region = (parts.low.clone(), parts.high.clone());
+            let mut energy = function.energy();
+            if let Some(boxed) = &boxed {
+                (energy, region) = (boxed, boxed.region());
+                for point in &mut starts {
+                    *point = boxed.coordinates(point);
+                }
+            }
+            if check_gradient {
+                parts.check(energy, (&region.0, &region.1), 0)?;
+            }
             let mut settings = Scales::measured(energy, &starts).quench();
             parts.asked.check()?;
             if let Some(tolerance) = gradient_tolerance {
                 settings = settings.with_gradient_tolerance(tolerance);
             }
-            let found: Vec<_> = (starts.par_iter())
+            let mut found: Vec<_> = (starts.par_iter())
                 .map(|x| descend(energy, x, &settings))
                 .collect();
+            if let Some(boxed) = &boxed {
+                for end in &mut found {
+                    end.x = boxed.point(&end.x);
+                }
+            }
             parts.asked.check()?;
             Ok(found)
         })?;
@@ -402,10 +446,10 @@ impl Surface {
         let tangents = self.parts.space.tangents();
         let (energies, gradients) = self.work(py, move |parts| {
             let mut gradients = vec![0.0; given.len() * tangents];
-            let energies: Vec<f64> = (given.par_iter())
-                .zip(gradients.par_chunks_mut(tangents.max(1)))
-                .map(|(x, gradient)| parts.asked.evaluate(x, gradient))
-                .collect();
+            let mut energies = vec![0.0; given.len()];
+            parts
+                .asked
+                .evaluate_all(&given, &mut energies, &mut gradients);
             parts.asked.check()?;
             Ok((energies, gradients))
         })?;
@@ -423,6 +467,13 @@ impl Surface {
     ) -> PyResult<Vec<Vec<f64>>> {
         let mut rows = points(py, name, given, self.parts.low.len())?;
         for (row, x) in rows.iter_mut().enumerate() {
+            let inside = || {
+                (x.iter().zip(&self.parts.low).zip(&self.parts.high))
+                    .all(|((x, low), high)| low <= x && x <= high)
+            };
+            if self.parts.kind == Coordinates::Box && !inside() {
+                return Err(input(py, format!("{name}: row {row} is outside the box")));
+            }
             onto(&*self.parts.space, x);
             if x.iter().any(|number| !number.is_finite()) {
                 return Err(input(py, format!("{name}: row {row} is no quaternion")));
@@ -451,13 +502,4 @@ impl Surface {
             },
         )
     }
-}
-
-/// Runs a thread that keeps its state of the interpreter between calls of the function: making one for each call would cost
-/// more than the call. Without an interpreter the first call ends the search.
-fn attached(thread: ThreadBuilder) {
-    let mut thread = Some(thread);
-    let mut run = || thread.take().map(ThreadBuilder::run);
-    let _ = Python::try_attach(|py| py.detach(&mut run));
-    run();
 }

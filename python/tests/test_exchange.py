@@ -27,6 +27,12 @@ def test_dexgraspnet_goes_out_and_in(hand, bottle, grasps, tmp_path):
     assert (tmp_path / "again.parquet").is_file() and again.populations == [("human", "bottle_round", 1.0, 6)]
 
 
+def test_a_mirrored_hand_is_named(bottle, grasps, tmp_path):
+    file = grasps.export(tmp_path / "grasps.csv", format="csv")
+    left = ls.Hand("human", mirror=True)
+    assert set(ls.import_grasps(file, left, bottle).hand) == {left.name}
+
+
 def test_a_table_of_another_form_needs_a_mapping(hand, bottle, grasps, tmp_path):
     rows = [
         {"t": (100 * t).tolist(), "q": q.tolist(), "angles": np.degrees(joints).tolist()}

@@ -90,9 +90,10 @@ def test_a_minimum_may_lie_on_a_face_of_the_box():
 
     slope = ls.explore(falls, ls.Box(), box=(0.0, 2.0))
     assert slope.minima.coordinates[0] == pytest.approx([2.0])
-    # Points of the box, and points beyond it, may be known.
-    again = ls.explore(falls, ls.Box(), box=(0.0, 2.0), known=[[2.0], [5.0]])
+    again = ls.explore(falls, ls.Box(), box=(0.0, 2.0), known=[[2.0]])
     assert again.minima.coordinates[0] == pytest.approx([2.0])
+    with pytest.raises(ls.InputError, match="known: row 1 is outside the box"):
+        ls.explore(falls, ls.Box(), box=(0.0, 2.0), known=[[2.0], [5.0]])
 
 
 def test_a_wrong_gradient_is_told_with_numbers():
@@ -196,7 +197,7 @@ def test_calls_share_the_threads_that_python_allows():
         most, again, slopes = busiest(threads=threads)
         assert (most > 1) == (threads > 1) and most <= threads
         assert (again == energies).all() and (slopes == gradients).all()
-    with pytest.raises(ls.InputError, match="at least one"):
+    with pytest.raises(ls.InputError, match="threads 0: a whole number from 1 to 1024"):
         busiest(threads=0)
 
 
@@ -270,6 +271,69 @@ def test_wrong_arguments_are_told():
         ls.map(lambda x: (float((x**2).sum()), 2 * x), [[1.0], [0.5]])
     with pytest.raises(FileNotFoundError):
         ls.load("there-is-none.landscape")
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"space": ls.Euclidean}, "space: .* not the class Euclidean"),
+        ({"space": "torus"}, "space: .* not 'torus'"),
+        ({"seed": -1}, "seed -1: a whole number from 0"),
+        ({"seed": 0.5}, "seed 0.5: a whole number"),
+        ({"lowest": 0}, "lowest 0: .* from 2 to 1000000"),
+        ({"searches": 0}, "searches 0: .* from 1"),
+        ({"patience": 0}, "patience 0: .* from 1"),
+        ({"threads": 1025}, "threads 1025: .* to 1024"),
+        ({"group_barrier": -0.1}, "group_barrier -0.1: a finite number, 0 or more"),
+        ({"group_barrier": float("nan")}, "group_barrier nan"),
+        ({"budget_s": "long"}, "budget_s 'long': a number"),
+        ({"hessian": 3}, "hessian: a function of a point is needed, not int"),
+    ],
+)
+def test_a_wrong_argument_of_a_search_is_told(given, words):
+    with pytest.raises(ls.InputError, match=words):
+        ls.explore(camel, box=CAMEL_BOX, **given)
+
+
+@pytest.mark.parametrize(
+    "given", [{"space": ls.Torus(2)}, {"box": (0, 1)}, {"known": [[0.0]]}, {"hessian": camel}, {"batch": True}, {"name": "x"}]
+)
+def test_a_model_refuses_what_only_functions_take(given):
+    with pytest.raises(ls.InputError, match=f"{next(iter(given))}: the model 'lj 7' takes none"):
+        ls.explore("lj 7", **given)
+
+
+def test_wrong_points_and_spaces_are_told():
+    def bowl(x):
+        return float((x**2).sum()), 2 * x
+
+    for call, words in [
+        (lambda: ls.Atoms(-1), "n of Atoms -1: a whole number from 1"),
+        (lambda: ls.Torus(1.5), "n of Torus 1.5: a whole number"),
+        (lambda: ls.map(bowl, [[1.0], [2.0, 3.0]]), "minima: an array of numbers is needed"),
+        (lambda: ls.evaluate(bowl, [1.0, 2.0]), r"points has the shape \(2,\), but \(k, n\)"),
+        (lambda: ls.quench(bowl, [[1.0]], gradient_tolerance=float("nan")), "gradient_tolerance nan"),
+        (lambda: ls.quench(bowl, [[1.0]], gradient_tolerance=-1e-3), "gradient_tolerance -0.001"),
+    ]:
+        with pytest.raises(ls.InputError, match=words):
+            call()
+
+
+def test_numbers_of_numpy_are_numbers():
+    one = ls.explore("muller-brown", seed=np.int64(0), group_barrier=np.float32(0.5))
+    assert one.rates([np.int64(1)], 0, np.float32(20))["at"] == one.rates([1], ["m0"], 20.0)["at"]
+    assert one.tree.merge_height(np.int64(0), np.int32(1)) == one.tree.merge_height(0, 1)
+    many = ls.explore(camel, ls.Euclidean(np.int64(2)), box=CAMEL_BOX, threads=np.int8(1), searches=np.uint16(40))
+    assert many.minima.rows > 1
+
+
+def test_a_wrong_gradient_is_told_by_a_descent():
+    def wrong(x):
+        return float((x**2).sum()), 3 * x
+
+    with pytest.raises(ls.GradientError):
+        ls.quench(wrong, [[1.0, 2.0]])
+    assert len(ls.quench(wrong, [[1.0, 2.0]], check_gradient=False).x) == 1
 
 
 def test_known_points_are_where_the_search_begins():

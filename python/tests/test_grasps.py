@@ -69,6 +69,53 @@ def test_tables_of_other_packages(hand, bottle, grasps, tmp_path):
     assert grasps.write(tmp_path / "x.parquet").is_file()
 
 
+@pytest.mark.parametrize("package", ["pandas", "polars", "pyarrow"])
+def test_judgements_are_tables_of_other_packages(grasps, package):
+    pytest.importorskip(package)
+    judged = grasps.judge()
+    table = getattr(judged, f"to_{package.removeprefix('py')}")()
+    assert len(table) == 6
+    frame = table if package == "pandas" else table.to_pandas()
+    assert [list(row) for row in frame["contacts"]] == judged.contacts
+    assert set(judged.contacts[0][0]) == {"point", "link", "distance_m"}
+
+
+def test_a_mask_may_choose_no_grasp(hand, bottle, grasps):
+    none = grasps[grasps.energy > np.inf]
+    assert len(none) == len(none.to_pandas()) == len(none.to_polars()) == none.judge().rows == 0 and "0 grasps" in repr(none)
+    assert list(none.to_pandas()) == list(grasps.to_pandas())
+    assert none.poses.shape == (0, 29) and none.joints_rad.shape == (0, 22)
+    energy, gradient, terms = ls.Energy(hand, bottle)(none)
+    assert energy.shape == (0,) and gradient.shape == (0, 28) and all(term.shape == (0,) for term in terms.values())
+
+
+def test_an_energy_refuses_grasps_of_another_object(hand, bottle, grasps):
+    with pytest.raises(ls.InputError, match="row 0 is of the object 'bottle_round' .* but the energy is of 'ball'"):
+        ls.Energy(hand, ls.Object("ball"))(grasps)
+    with pytest.raises(ls.InputError, match="at scale 1.0, but .* at scale 0.5"):
+        ls.Energy(hand, ls.Object("bottle_round", scale=0.5)).evaluate(grasps)
+    pyarrow = pytest.importorskip("pyarrow")
+    table = grasps.to_arrow()
+    place = table.schema.get_field_index("scale")
+    scales = pyarrow.array([1.0, 1.0, 1.0, 0.9, 0.9, 1.0])
+    several = ls.Grasps.from_table(table.set_column(place, table.schema.field("scale"), scales))
+    with pytest.raises(ls.InputError, match="row 3 is of the object 'bottle_round' at scale 0.9"):
+        ls.Energy(hand, bottle)(several)
+    assert len(ls.Energy(hand, bottle)(several[:3]).energy) == 3
+
+
+def test_files_of_others_are_not_replaced(grasps, tmp_path):
+    file = tmp_path / "own.parquet"
+    file.write_text("mine")
+    with pytest.raises(ls.InputError, match="not made by landscape .*--force"):
+        grasps.write(file)
+    with pytest.raises(ls.InputError, match="not made by landscape .*--force"):
+        grasps.label(out=file)
+    assert file.read_text() == "mine"
+    grasps[:2].write(file, force=True)
+    assert len(ls.Grasps.read(grasps.write(file))) == 6, "our own files are replaced"
+
+
 def test_judgement_and_simulation(grasps):
     judged = grasps.judge()
     assert (grasps.passes("strict") == np.array([each is None for each in judged.objection])).all()
@@ -93,6 +140,39 @@ def test_errors_are_those_of_the_command_line(tmp_path):
             ls.Hand("human"), ls.Object("ball"), translation_m=[[0, 0, 0.1]], rotation=[[2, 0, 0, 0]], rotation_form="wxyz",
             joints_rad=np.zeros((1, 22)),
         )
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"contacts": [[-1]]}, "contacts: row 0 has -1"),
+        ({"contacts": [3]}, "contacts: a list of whole numbers"),
+        ({"rotation": [[1, 0, 0, 0], [1]]}, "rotation: an array of numbers is needed"),
+        ({"hand": "human"}, "hand: a landscape.Hand is needed, not str"),
+        ({"object": None}, "object: a landscape.Object is needed, not NoneType"),
+    ],
+)
+def test_wrong_arrays_are_told(hand, bottle, grasps, given, words):
+    usual = dict(
+        hand=hand, object=bottle, translation_m=grasps.translation_m[:1], rotation=grasps.rotation_wxyz[:1],
+        rotation_form="wxyz", joints_rad=grasps.joints_rad[:1],
+    )
+    assert len(ls.Grasps.from_arrays(**usual, contacts=[np.array([3, 5, 9])])) == 1
+    with pytest.raises(ls.InputError, match=words):
+        ls.Grasps.from_arrays(**{**usual, **given})
+
+
+def test_what_is_no_hand_object_or_seed_is_told(hand, bottle, grasps):
+    for call, words in [
+        (lambda: ls.Energy("human", bottle), "hand: a landscape.Hand is needed"),
+        (lambda: ls.Energy(hand, "ball"), "object: a landscape.Object is needed"),
+        (lambda: ls.synthesize(hand, bottle, 2, seed=-1), "seed -1: a whole number from 0"),
+        (lambda: ls.build("grasps.parquet"), "grasps: a landscape.Grasps is needed"),
+        (lambda: grasps.build(seed=0.5), "seed 0.5: a whole number"),
+        (lambda: ls.Object.from_mesh([[0, 0, 0], [1]], [[0, 1, 2]]), "vertices: an array of numbers"),
+    ]:
+        with pytest.raises(ls.InputError, match=words):
+            call()
 
 
 def test_an_object_from_a_mesh_in_memory():

@@ -105,6 +105,41 @@ def test_pictures(cluster, mapped, tmp_path):
     assert {"disconnectivity.svg", "barriers.png", "tree.nwk"} <= {path.name for path in folder.iterdir()}
 
 
+def test_a_temporary_landscape_lives_as_long_as_its_tree_and_its_page():
+    tree = ls.explore("lj 7").tree
+    assert tree.newick().count(",") == 3 and tree.to_dict() and "graph" in tree.dot()
+    assert "</html>" in ls.explore("muller-brown").report().read_text(encoding="utf-8")
+
+
+def test_nothing_is_said_of_files_that_are_not_kept(cluster, mapped, capfd):
+    cluster.thermodynamics(temperatures="0.05:0.3x6")
+    cluster.rates([1], [0], 0.1)
+    mapped.compare()
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_minimum_is_a_path_to_itself(cluster, mapped):
+    for found in (cluster, mapped):
+        path = found.path(1, 1)
+        assert path.height == found.minima.energy[1] == found.tree.merge_height(1, 1)
+        assert (path.coordinates == found.minima.coordinates[1:2]).all() and list(path.length) == [0] and path.top == 0
+    for call in (cluster.path, cluster.tree.merge_height):
+        with pytest.raises(ls.InputError, match="a -1: a whole number from 0"):
+            call(-1, 0)
+
+
+def test_pictures_have_their_endings_and_their_makers(cluster, tmp_path):
+    with pytest.raises(ls.InputError, match=r"\.svg or \.png"):
+        cluster.draw(tmp_path / "tree.pdf")
+    own = tmp_path / "own.svg"
+    own.write_text("<svg/>")
+    with pytest.raises(ls.InputError, match="not made by landscape .*--force"):
+        cluster.draw(own)
+    assert own.read_text() == "<svg/>"
+    first = cluster.draw(own, force=True).read_bytes()
+    assert cluster.draw(own, levels=5).read_bytes() != first, "our own files are replaced"
+
+
 def test_pictures_of_a_path(cluster, mapped, tmp_path):
     png, svg, glb = mapped.draw_path(0, 1, tmp_path / "way.0-1", pictures=3)
     assert png.name == "way.0-1.png" and png.read_bytes().startswith(b"\x89PNG")
@@ -124,6 +159,8 @@ def test_pathsample_files_go_out_and_in(cluster, tmp_path):
     assert again.minima.energy == pytest.approx(cluster.minima.energy, abs=1e-6)
     assert again.tree.heights() == pytest.approx(cluster.tree.heights(), abs=1e-6)
     assert again.coverage is None
+    with pytest.raises(ls.InputError, match="with min.data and ts.data is needed"):
+        ls.import_landscape(Path(__file__).parents[2] / "data/grasps.parquet")
     rates = [found.rates([1], [0], 0.1)["at"][0]["forward"]["log_steady_state_rate"] for found in (cluster, again)]
     assert rates[1] == pytest.approx(rates[0], abs=1e-4)
 

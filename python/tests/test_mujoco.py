@@ -64,7 +64,7 @@ def test_links_are_as_near_to_the_object(claw, held, model, tmp_path):
         state.qpos[:] = row
         mujoco.mj_forward(model, state)
         points = hand.surface_points(pose)
-        for point, link, distance in contacts:
+        for point, link, distance in map(dict.values, contacts):
             assert bar.distance(points[[point]])[0] == pytest.approx(distance, abs=1e-9)
             body = model.body(f"hand/{link}").id
             geoms = [geom for geom in range(model.ngeom) if model.geom_bodyid[geom] == body]

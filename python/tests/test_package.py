@@ -37,10 +37,31 @@ def test_types_are_complete():
 
 def test_command_line():
     assert "human" in ls.command("hands", "list")
-    with pytest.raises(ls.InputError, match="unrecognized subcommand"):
-        ls.command("no-such-verb")
+    for words in [("--version",), ("synth", "--version")]:
+        assert ls.command(*words).endswith(f" {ls.__version__}\n")
+    assert "Usage: landscape synth" in ls.command("synth", "--help") == ls.command("help", "synth")
+    assert "Commands:" in ls.command()
     line = [sys.executable, "-c", "import sys, landscape; sys.exit(landscape.main())", "--version"]
     assert ls.__version__ in subprocess.run(line, capture_output=True, text=True).stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("no-such-verb",), "unrecognized subcommand 'no-such-verb'"),
+        (("synth",), "the following required arguments were not provided: --object <NAME|FILE>"),
+        (("synth", "--objct", "x"), "unexpected argument '--objct' found; tip: a similar argument exists: '--object'"),
+        (
+            ("synth", "--object=box", "--keep=x"),
+            "invalid value 'x' for '--keep <KEEP>' [possible values: strict, firm, published, all]",
+        ),
+        (("synth", "--object=box", "-n=-1"), "invalid value '-1' for '--chains <N>': invalid digit found in string"),
+    ],
+)
+def test_an_error_is_one_sentence(words, sentence):
+    with pytest.raises(ls.InputError) as told:
+        ls.command(*words)
+    assert str(told.value) == sentence
 
 
 def test_notices_of_all_dependencies_travel_along():

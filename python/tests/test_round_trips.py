@@ -60,21 +60,28 @@ def test_a_filtered_file_can_be_used(tool, source, tmp_path):
     work, keeps_metadata = TOOLS[tool]
     work(source, tmp_path / "few.parquet")
     verbs = [["inspect", "few.parquet", "--json"], ["label", "few.parquet", "-q"], ["build", "few.parquet", "--first", "2", "-q"]]
-    flags = []
-    if not keeps_metadata:
-        for verb in verbs:
-            done = run(*verb, folder=tmp_path)
-            assert done.returncode == 1
-            for words in ["does not describe its hand and object", "--hand and --object", "the hand `human`", "`box`"]:
-                assert words in done.stderr, done.stderr
-        flags = ["--hand", "human", "--object", "box"]
     for verb in verbs:
-        done = run(*verb, *flags, folder=tmp_path)
+        done = run(*verb, folder=tmp_path)
         assert done.returncode == 0, done.stderr
         if verb[0] == "inspect":
             assert len(json.loads(done.stdout)["grasps"]) == ROWS
         if keeps_metadata:
             assert "warning" not in done.stderr, done.stderr
+        elif verb[0] == "inspect":
+            # The names are those of a hand and an object that come with the program, and the columns tell the energy.
+            for words in ["hand `human`", "object `box`", "preset `four_points`"]:
+                assert words in done.stderr, done.stderr
+
+
+def test_without_known_names_a_sentence_asks_for_hand_and_object(source, tmp_path):
+    polars = pytest.importorskip("polars")
+    frame = polars.read_parquet(source).with_columns(object=polars.lit("my_box"))
+    frame.write_parquet(tmp_path / "mine.parquet")
+    done = run("inspect", "mine.parquet", "--json", folder=tmp_path)
+    assert done.returncode == 1 and "--object" in done.stderr and "`my_box`" in done.stderr, done.stderr
+    done = run("inspect", "mine.parquet", "--json", "--object", "box", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert len(json.loads(done.stdout)["grasps"]) == frame.height
 
 
 @pytest.mark.parametrize("codec", ["none", "snappy", "zstd", "lz4", "gzip", "brotli"])

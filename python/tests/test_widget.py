@@ -18,6 +18,7 @@ import json, pathlib
 import landscape as ls
 page = ls.explore("lj 7").show(height_px=600)
 told = pathlib.Path({told!r})
+page.selected = ["m3"]
 page.observe(lambda change: told.write_text(json.dumps(change.new)), "selected")
 page
 """
@@ -112,9 +113,12 @@ def test_what_is_chosen_on_the_page_comes_back_and_the_other_way(lab, browser, t
     # The page forbids evaluation of text later on, with which the browser's driver would wait for a condition.
     wait(lambda: frame.evaluate("typeof model !== 'undefined' && Boolean(model) && typeof state !== 'undefined'"), "the page is there")
 
+    # What was chosen before the page was there.
+    wait(lambda: frame.evaluate("state.selected.map(item => model.name(item)).join()") == "m3", "m3 is chosen")
+
     # From the page to Python: a click on a row of the table.
     shown.content_frame.get_by_role("row").filter(has_text="m2").click()
-    wait(lambda: told.is_file() and told.read_text() and json.loads(told.read_text()) == ["m2"], "m2 is told to Python")
+    wait(lambda: told.is_file() and told.read_text() and json.loads(told.read_text()) == ["m3", "m2"], "m2 is told to Python")
     assert [each.url for each in tab.frames if each.parent_frame is not None] == ["about:srcdoc"]
 
     # From Python to the page.

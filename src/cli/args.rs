@@ -34,8 +34,11 @@ pub(super) struct Common {
     pub(super) provenance: Provenance,
 }
 
+/// Stack of a thread on which a whole command may run, as large as that of a program's first thread.
+const STACK: usize = 8 << 20;
+
 impl Common {
-    /// Sets up the thread pool.
+    /// Sets up the threads of this process.
     pub(super) fn threads(&self) -> anyhow::Result<()> {
         let Some(threads) = self.threads else {
             return Ok(());
@@ -45,6 +48,22 @@ impl Common {
             .num_threads(threads)
             .build_global()
             .context("cannot start the threads")
+    }
+
+    /// Runs `work` on threads of its own, if a number of them is wanted: those of the process may be at work already.
+    pub(super) fn on_threads<T: Send>(
+        &self,
+        work: impl FnOnce() -> anyhow::Result<T> + Send,
+    ) -> anyhow::Result<T> {
+        let Some(threads) = self.threads else {
+            return work();
+        };
+        within("--threads", THREADS, threads as f64)?;
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .stack_size(STACK)
+            .build();
+        pool.context("cannot start the threads")?.install(work)
     }
 }
 

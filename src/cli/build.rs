@@ -20,8 +20,8 @@ use crate::limits::ENERGY_SCALE;
 use crate::printable::counted;
 use crate::store::{AtomicFolder, GraspFile, Population, Source, Worker, content_hash};
 use crate::study::{
-    EarlierLandscape, GraspLandscape, GraspMapSettings, GraspReport, JoinedGrasps, StudyError,
-    StudyRun, grow_population, map_population,
+    ConfigurationError, EarlierLandscape, GraspLandscape, GraspMapSettings, GraspReport,
+    JoinedGrasps, StudyError, StudyRun, grow_population, map_population,
 };
 use crate::topography::Run;
 
@@ -172,7 +172,13 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
             (folder, worker),
             warnings.collect(),
         )
-        .with_context(|| format!("{}", command.grasps.display()))?;
+        .map_err(|error| {
+            if error.is::<ConfigurationError>() {
+                error
+            } else {
+                error.context(command.grasps.display().to_string())
+            }
+        })?;
     }
     match worker {
         Some(worker) => print_worker(common, worker, finished_tasks),

@@ -53,7 +53,7 @@ pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
     let inputs = [Some(&command.landscape), command.other.as_ref()];
     let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
     for ending in [".svg", ".png", ".json", ".md"] {
-        check_file(&named(&output, ending), &inputs, common)?;
+        check_file(&named(&output, ending), &inputs, common.force)?;
     }
     let group_barrier = command.groups.checked()?;
     let files = open_landscape(&command.landscape)?;

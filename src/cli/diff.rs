@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail, ensure};
 use clap::Args;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::args::Common;
 use super::input::open_landscape;
@@ -62,6 +62,7 @@ pub(super) fn run(command: &Diff, common: &Common) -> anyhow::Result<()> {
     let (reach, found) = between(&before, &after, command.within)?;
     if common.json {
         let mut value = serde_json::to_value(&found)?;
+        without_pairs(&found, &mut value["likeness"]);
         value["before"] = json!(before.name);
         value["after"] = json!(after.name);
         value["within"] = json!(reach);
@@ -71,6 +72,17 @@ pub(super) fn run(command: &Diff, common: &Common) -> anyhow::Result<()> {
         print(&text(&before, &after, reach, &found));
     }
     Ok(())
+}
+
+/// Changes of nothing are null.
+fn without_pairs(found: &TreeDifference, likeness: &mut Value) {
+    if found.likeness.pairs == 0 {
+        likeness["mean_change"] = Value::Null;
+        likeness["rms_change"] = Value::Null;
+    }
+    if found.matches.is_empty() {
+        likeness["largest_change"] = Value::Null;
+    }
 }
 
 fn check_reach(within: Option<f64>) -> anyhow::Result<()> {

@@ -77,7 +77,7 @@ pub(super) fn run(command: &Diversity, common: &Common) -> anyhow::Result<()> {
     let inputs: Vec<&Path> = command.sets.iter().map(PathBuf::as_path).collect();
     let files = [".svg", ".png", ".json", ".md"].map(|ending| named(&output, ending));
     for path in &files {
-        check_file(path, &inputs, common)?;
+        check_file(path, &inputs, common.force)?;
     }
     let names = names(&command.sets);
     let sets = (command.sets.iter().zip(&names))

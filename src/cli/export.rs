@@ -142,7 +142,7 @@ pub(super) fn run(command: &Export, common: &Common) -> anyhow::Result<()> {
     if folder.is_some() {
         check_folder(&output, &inputs, |name| format.writes(name), common)?;
     } else {
-        check_file(&output, &inputs, common)?;
+        check_file(&output, &inputs, common.force)?;
     }
     let file = input::grasps(&command.grasps, &command.of, common)?;
     for id in &command.grasp {

@@ -30,7 +30,7 @@ pub(super) struct Hands {
 pub(super) enum HandsCommand {
     /// List the built-in hands
     List,
-    /// Show the derived properties of a hand (table, picture), and write a side file in which they can be changed
+    /// Show the derived properties of a hand (table, picture), or write a side file in which they can be changed
     #[command(after_help = EXAMPLES)]
     Inspect(HandsInspect),
 }
@@ -48,12 +48,11 @@ pub(super) struct HandsInspect {
     /// Use its mirror image instead.
     #[arg(long)]
     mirror: bool,
-    /// Name of the side file and the picture, without .json and .png; by default the name of the hand, in the current
-    /// folder.
+    /// Name of the picture, with or without .png; by default the name of the hand, in the current folder.
     #[arg(long, short, value_name = "NAME")]
     output: Option<PathBuf>,
-    /// The side file to write (.json), if it should have its own name. A side file beside the description, with the same
-    /// name, is read with it.
+    /// Write a side file (.json) that states all that is derived. A side file beside the description, with the same name, is
+    /// read with it: what it states is not derived any more.
     #[arg(long, value_name = "FILE")]
     side_file: Option<PathBuf>,
     /// The picture to write (.png), if it should have its own name.
@@ -63,8 +62,10 @@ pub(super) struct HandsInspect {
 
 const EXAMPLES: &str = "\
 Examples:
-  landscape hands inspect human                            human.json and human.png
-  landscape hands inspect my_hand.xml                      my_hand.json, which is read when it lies beside my_hand.xml
+  landscape hands inspect my_hand.xml                      a table, and my_hand.png
+  landscape hands inspect my_hand.xml --side-file my_hand.json
+                                                           also write what was derived; beside my_hand.xml it is read in
+                                                           place of that, so delete what you leave as it is
   landscape synth --hand my_hand.xml --object mug          grasps of that hand
   landscape synth --hand my_hand.xml --mirror --object mug
                                                            grasps of its mirror image";
@@ -127,27 +128,23 @@ fn inspect(command: &HandsInspect, common: &Common) -> anyhow::Result<()> {
         command.hand_folder.as_deref(),
         command.mirror,
     )?;
-    let stem = match &command.output {
-        Some(output) => output.as_os_str(),
-        None => Path::new(&command.hand).file_stem().unwrap_or_default(),
-    };
-    let or = |given: &Option<PathBuf>, ending: &str| {
-        given.clone().unwrap_or_else(|| {
-            let mut name = stem.to_owned();
-            name.push(".");
-            name.push(ending);
-            PathBuf::from(name)
-        })
-    };
-    let (side_file, picture) = (or(&command.side_file, "json"), or(&command.picture, "png"));
-    let inputs = [Path::new(&command.hand)];
-    check_place(&side_file)?;
-    check_file(&picture, &inputs, common)?;
-    anyhow::ensure!(
-        !side_file.exists() || common.force,
-        "{} exists and may have been edited: name another file (--side-file), or overwrite it (--force)",
-        side_file.display()
-    );
+    let picture = picture(command);
+    check_file(&picture, &[Path::new(&command.hand)], common.force)?;
+    if let Some(side_file) = &command.side_file {
+        check_place(side_file)?;
+        anyhow::ensure!(
+            !side_file.exists() || common.force,
+            "{} exists and may have been edited: name another file (--side-file), or overwrite it (--force)",
+            side_file.display()
+        );
+    }
+    let beside = Path::new(&command.hand).with_extension("json");
+    if !common.quiet && !HAND_NAMES.contains(&command.hand.as_str()) && beside.is_file() {
+        complain(&format!(
+            "{} is read with it: what it states is not derived",
+            beside.display()
+        ));
+    }
     let hand = Hand::from_files(&files)?;
     print(&table(&hand));
     let sheet = sheet(&hand);
@@ -155,20 +152,39 @@ fn inspect(command: &HandsInspect, common: &Common) -> anyhow::Result<()> {
     let sheet = contact_sheet_canvas(&images, &captions, 3).encode(&picture);
     let sheet = sheet.with_context(|| format!("--picture {}", picture.display()))?;
     let mut outputs = FileSet::default();
-    outputs.add(&side_file, files.side_file_of(&hand)?.as_bytes())?;
     outputs.add(&picture, &sheet)?;
+    let mut written = picture.display().to_string();
+    let mut wrote = vec![picture.as_path()];
+    if let Some(side_file) = &command.side_file {
+        outputs.add(side_file, files.side_file_of(&hand)?.as_bytes())?;
+        wrote.push(side_file);
+        let _ = write!(written, " and {}", side_file.display());
+    }
     outputs.finish()?;
     if common.json {
-        print_json(&value(&hand, &[&side_file, &picture]))?;
+        print_json(&value(&hand, &wrote))?;
     }
     if !common.quiet {
-        complain(&format!(
-            "wrote {} and {}",
-            side_file.display(),
-            picture.display()
-        ));
+        complain(&format!("wrote {written}"));
     }
     Ok(())
+}
+
+/// The picture to write.
+fn picture(command: &HandsInspect) -> PathBuf {
+    if let Some(picture) = &command.picture {
+        return picture.clone();
+    }
+    let mut name = match &command.output {
+        Some(output) if output.extension().is_some_and(|ending| ending == "png") => {
+            return output.clone();
+        }
+        Some(output) => output.as_os_str(),
+        None => Path::new(&command.hand).file_stem().unwrap_or_default(),
+    }
+    .to_owned();
+    name.push(".png");
+    name.into()
 }
 
 /// Text table of the derived quantities.

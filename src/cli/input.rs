@@ -8,9 +8,7 @@ use super::args::{Common, HandAndObject, within};
 use crate::cli::printing::{complain, explain};
 use crate::hand::{HAND_NAMES, HandFiles};
 use crate::limits::OBJECT_SCALE;
-use crate::store::{
-    GraspFile, HandMetadata, LandscapeFiles, ObjectMetadata, Overrides, StoreError,
-};
+use crate::store::{GraspFile, HandMetadata, LandscapeFiles, ObjectMetadata, Overrides};
 use crate::study::{self, InputError};
 
 /// The files of the hand that a flag names: a built-in hand, or a URDF or MJCF file with an optional JSON side file of the
@@ -146,19 +144,11 @@ pub(super) fn read_lacking(
     hand_flag: Option<&str>,
     object_flag: Option<&str>,
 ) -> anyhow::Result<(GraspFile, Vec<String>)> {
-    let told = read(path, None, None);
-    let lacks = |error: &anyhow::Error| {
-        matches!(
-            error.downcast_ref(),
-            Some(InputError::Store(StoreError::NoMetadata { .. }))
-        )
-    };
-    match told {
-        Err(error) if lacks(&error) && (hand_flag.is_some() || object_flag.is_some()) => {
-            read(path, hand_flag, object_flag)
-        }
-        told => told,
+    let given = hand_flag.is_some() || object_flag.is_some();
+    if given && !GraspFile::describes_itself(path)? {
+        return read(path, hand_flag, object_flag);
     }
+    read(path, None, None)
 }
 
 /// Reads the landscape in `folder` and shows its warnings.

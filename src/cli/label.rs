@@ -115,7 +115,7 @@ fn check_outputs(command: &LabelCommand, output: &Path, common: &Common) -> anyh
         let mut inputs = vec![command.grasps.as_path()];
         inputs.extend(command.from.as_deref());
         inputs.extend(command.rule.as_deref());
-        check_file(output, &inputs, common)?;
+        check_file(output, &inputs, common.force)?;
     }
     Ok(())
 }

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use std::ffi::OsString;
 use std::io::{self, Write};
 use std::process::ExitCode;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
@@ -172,25 +172,84 @@ pub struct CallError {
     pub kind: Option<io::ErrorKind>,
 }
 
+/// Refuses an output file as every command does: its folder is missing, or (without `force`) it exists and was not made by
+/// this program as a file of its kind.
+///
+/// # Errors
+/// The sentence that a command line would end with.
+pub fn check_output(path: &std::path::Path, force: bool) -> Result<(), CallError> {
+    output::check_file(path, &[], force).map_err(|error| CallError {
+        sentence: printing::shown(&sentence(&error)),
+        kind: None,
+    })
+}
+
+/// Ends one [`call`] from another thread, even before the call's turn.
+#[derive(Debug, Default)]
+pub struct Stop(Mutex<Turn>);
+
+/// Where a call stands.
+#[derive(Debug, Default)]
+struct Turn {
+    running: bool,
+    stopped: bool,
+}
+
+impl Stop {
+    /// Asks the call to end after the tasks that it works on. Finished tasks are kept.
+    pub fn stop(&self) {
+        let mut turn = self.turn();
+        turn.stopped = true;
+        if turn.running {
+            interruption::set_stopped(true);
+        }
+    }
+
+    fn turn(&self) -> MutexGuard<'_, Turn> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Begins or ends the turn of the call.
+    fn set_running(&self, running: bool) {
+        let mut turn = self.turn();
+        turn.running = running;
+        interruption::set_stopped(running && turn.stopped);
+    }
+}
+
 /// Runs a command line, which begins with the program name, for a caller inside this process: returns what would go to
-/// standard output. Calls from several threads run one after the other. With `bars`, progress is shown even by `--quiet`.
+/// standard output. Calls from several threads run one after the other; `stop` ends this one. With `bars`, progress is shown
+/// even by `--quiet`.
 ///
 /// # Errors
 /// The sentence that the command line would end with.
 pub fn call(
     arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>,
     bars: bool,
+    stop: &Stop,
 ) -> Result<String, CallError> {
     static ONE: Mutex<()> = Mutex::new(());
+    let arguments = match parse(arguments) {
+        Ok(arguments) => arguments,
+        // The version, or help that was asked for.
+        Err(told) if !told.use_stderr() => return Ok(told.render().to_string()),
+        Err(error) => {
+            return Err(CallError {
+                sentence: error.to_string().trim_end().to_owned(),
+                kind: None,
+            });
+        }
+    };
     let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
-    interruption::set_stopped(false);
-    let arguments = parse(arguments).map_err(|error| CallError {
-        sentence: error.to_string().trim_end().to_owned(),
-        kind: None,
-    })?;
+    stop.set_running(true);
     progress::want_bars(bars);
-    let (result, text) = printing::taking(|| execute(&arguments));
+    let (result, text) = printing::taking(|| {
+        interruption::check()?;
+        printing::begin(&arguments.common);
+        arguments.common.on_threads(|| dispatch(&arguments))
+    });
     progress::want_bars(false);
+    stop.set_running(false);
     match result {
         Ok(()) => Ok(text),
         Err(error) => Err(CallError {
@@ -200,11 +259,6 @@ pub fn call(
                 .map(io::Error::kind),
         }),
     }
-}
-
-/// Asks the current [`call`] to end after the tasks that it works on. Finished tasks are kept.
-pub fn stop() {
-    interruption::set_stopped(true);
 }
 
 fn status(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> u8 {
@@ -229,42 +283,45 @@ fn status(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> u
 }
 
 fn execute(arguments: &Arguments) -> anyhow::Result<()> {
+    printing::begin(&arguments.common);
+    arguments.common.threads()?;
+    dispatch(arguments)
+}
+
+fn dispatch(arguments: &Arguments) -> anyhow::Result<()> {
     let common = &arguments.common;
-    printing::begin(common);
-    common.threads().and_then(|()| {
-        explain(|| {
-            format!(
-                "landscape {} on {} threads; files will record this command: {}",
-                env!("CARGO_PKG_VERSION"),
-                rayon::current_num_threads(),
-                common.provenance.command
-            )
-        });
-        match &arguments.command {
-            Command::Synth(command) => synth::run(command, common),
-            Command::Build(command) => build::run(command, common),
-            Command::Inspect(command) => inspect::run(command, common),
-            Command::Hands(command) => hands::run(&command.command, common),
-            Command::Stability(command) => stability::run(command, common),
-            Command::Label(command) => label::run(command, common),
-            Command::Objects(command) => objects::run(&command.command, common),
-            Command::Surface(command) => surface::run(command, common),
-            Command::Report(command) => report::run(command, common),
-            Command::Draw(command) => draw::run(command, common),
-            Command::Compare(command) => compare::run(command, common),
-            Command::Diff(command) => diff::run(command, common),
-            Command::Diversity(command) => diversity::run(command, common),
-            Command::Survey(command) => survey::run(command, common),
-            Command::Thermodynamics(command) => thermodynamics::run(command, common),
-            Command::Rates(command) => rates::run(command, common),
-            Command::Config(command) => config::run(command, common),
-            Command::Import(command) => import::run(command, common),
-            Command::Status(command) => status::run(command, common),
-            Command::Export(command) => export::run(command, common),
-            Command::Completions(command) => manuals::completions(command, definition(), common),
-            Command::Man(command) => manuals::man(command, &definition(), common),
-        }
-    })
+    explain(|| {
+        format!(
+            "landscape {} on {} threads; files will record this command: {}",
+            env!("CARGO_PKG_VERSION"),
+            rayon::current_num_threads(),
+            common.provenance.command
+        )
+    });
+    match &arguments.command {
+        Command::Synth(command) => synth::run(command, common),
+        Command::Build(command) => build::run(command, common),
+        Command::Inspect(command) => inspect::run(command, common),
+        Command::Hands(command) => hands::run(&command.command, common),
+        Command::Stability(command) => stability::run(command, common),
+        Command::Label(command) => label::run(command, common),
+        Command::Objects(command) => objects::run(&command.command, common),
+        Command::Surface(command) => surface::run(command, common),
+        Command::Report(command) => report::run(command, common),
+        Command::Draw(command) => draw::run(command, common),
+        Command::Compare(command) => compare::run(command, common),
+        Command::Diff(command) => diff::run(command, common),
+        Command::Diversity(command) => diversity::run(command, common),
+        Command::Survey(command) => survey::run(command, common),
+        Command::Thermodynamics(command) => thermodynamics::run(command, common),
+        Command::Rates(command) => rates::run(command, common),
+        Command::Config(command) => config::run(command, common),
+        Command::Import(command) => import::run(command, common),
+        Command::Status(command) => status::run(command, common),
+        Command::Export(command) => export::run(command, common),
+        Command::Completions(command) => manuals::completions(command, definition(), common),
+        Command::Man(command) => manuals::man(command, &definition(), common),
+    }
 }
 
 /// Exit code of a failed command.

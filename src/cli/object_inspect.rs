@@ -78,7 +78,7 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
     .to_owned();
     named.push(".png");
     let picture = command.picture.clone().unwrap_or(named.into());
-    check_file(&picture, &[Path::new(&command.object)], common)?;
+    check_file(&picture, &[Path::new(&command.object)], common.force)?;
     if let Some(side_file) = &command.side_file {
         check_place(side_file)?;
         anyhow::ensure!(

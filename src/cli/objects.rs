@@ -139,7 +139,7 @@ fn check(command: &Bake, common: &Common) -> anyhow::Result<()> {
         command.codes.as_ref(),
     ];
     let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
-    check_file(output, &inputs, common)?;
+    check_file(output, &inputs, common.force)?;
     anyhow::ensure!(
         (16..=512).contains(&command.cells),
         "--cells {}: a number from 16 to 512 is needed",

@@ -16,14 +16,14 @@ const LOOKED_AT: u64 = 4096;
 
 /// Rejects an output file before any work if it cannot be written, if it is one of the `inputs`, or (without `--force`) if
 /// it exists and was not made by this program.
-pub(super) fn check_file(output: &Path, inputs: &[&Path], common: &Common) -> anyhow::Result<()> {
+pub(super) fn check_file(output: &Path, inputs: &[&Path], force: bool) -> anyhow::Result<()> {
     check_place(output)?;
     ensure!(
         !output.is_dir(),
         "--output {}: this is a folder, but the name of a file is needed",
         output.display()
     );
-    if common.force {
+    if force {
         return Ok(());
     }
     check_inputs(output, inputs)?;

@@ -35,7 +35,8 @@ pub(super) struct Rates {
         allow_negative_numbers = true
     )]
     temperature: Vec<f64>,
-    /// Friction γ in units of 1/time, for Kramers rates; without it, transition-state theory.
+    /// Friction γ in units of 1/time, for Kramers rates; without it, transition-state theory. Friction needs the
+    /// negative curvatures of saddles, which landscapes of `landscape surface` hold and min.data and ts.data do not.
     #[arg(long, value_name = "GAMMA", allow_negative_numbers = true)]
     friction: Option<f64>,
     /// Number of pathways to list, fastest first.
@@ -52,7 +53,8 @@ pub(super) const EXAMPLES: &str = "\
 Examples:
   landscape rates lj-7.landscape --from m1 --to m0 --temperature 0.05,0.1,0.2
   landscape rates lj-13.landscape --from g1 --to g0 --temperature 0.2 --pathways 10
-  landscape rates pathsample/ --from m12,m15 --to m0 --temperature 0.5 --friction 10 -o folding
+  landscape rates lj-7.landscape --from m1 --to m0 --temperature 0.1 --friction 10
+  landscape rates pathsample/ --from m12,m15 --to m0 --temperature 0.5 -o folding
 
 Rates over single transition states follow from energies, curvatures and point groups (harmonic transition-state theory, or
 Kramers with --friction). Rates between sets of minima, mean first-passage times and committors follow by eliminating all
@@ -89,7 +91,7 @@ pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
         .as_ref()
         .map(|output| ["svg", "png", "json", "md"].map(|ending| named(output, ending)));
     for path in files.iter().flatten() {
-        check_file(path, &[&command.landscape], common)?;
+        check_file(path, &[&command.landscape], common.force)?;
     }
     let states = NetworkOfStates::open(&command.landscape, &command.groups.settings())?;
     let count = states.database.minima.len();

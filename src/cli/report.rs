@@ -74,7 +74,7 @@ pub(super) fn run(command: &Report, common: &Common) -> anyhow::Result<()> {
     let mut inputs = vec![command.shown.as_path()];
     inputs.extend(command.other.as_deref());
     inputs.extend(command.stability.as_deref());
-    check_file(&output, &inputs, common)?;
+    check_file(&output, &inputs, common.force)?;
     let page = if command.shown.is_dir() {
         of_landscapes(command, common)?
     } else {

@@ -104,7 +104,7 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
         .unwrap_or_else(|| command.grasps.with_extension("stability.parquet"));
     let inputs = [Some(&command.grasps), command.settings.as_ref()];
     let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
-    check_file(&output, &inputs, common)?;
+    check_file(&output, &inputs, common.force)?;
     let mut file = input::grasps(&command.grasps, &command.of, common)?;
     let inputs = common.provenance.sources()?;
 

@@ -366,7 +366,7 @@ fn settings(command: &Synth, common: &Common) -> anyhow::Result<PopulationSettin
         .flatten()
         .map(Path::new);
     let inputs: Vec<&Path> = inputs.into_iter().chain(named).collect();
-    check_file(&command.output, &inputs, common)?;
+    check_file(&command.output, &inputs, common.force)?;
     let usual = PopulationSettings::default();
     Ok(PopulationSettings {
         experiment,

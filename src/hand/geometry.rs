@@ -1,5 +1,6 @@
 //! Geometry of a hand for contact, collision and drawing, from the parts of a description.
 
+use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
@@ -10,12 +11,18 @@ use super::model::{Body, Form, Model, Part, check_count, within};
 use super::side_file::{CapsuleEntry, SideFile};
 use super::{Capsule, Frame, HandError, Link, LinkId};
 use crate::limits::{HAND_LENGTH, HAND_POSITION};
+use crate::mesh::Mesh;
 
 /// A mesh with more triangles than this is drawn as its convex hull.
 const DRAWN: usize = 20_000;
 /// Largest numbers of parts and of capsules of all links together; pairs of them are compared.
 const MOST_PARTS: usize = 500;
 const MOST_CAPSULES: usize = 4000;
+/// A mesh of closed pieces becomes a hull of each if these fill less than this share of its own hull, if there are not more,
+/// and without pieces smaller than this share of all, such as screws.
+const FULL: f64 = 0.9;
+const MOST_PIECES: usize = 8;
+const SMALL_PIECE: f64 = 0.01;
 /// Corners of the polygon that approximates a circle.
 const CORNERS: u32 = 32;
 
@@ -38,7 +45,8 @@ pub(super) struct LinkMesh {
 }
 
 impl Geometry {
-    /// Spheres and capsules are kept; every other form becomes its convex hull, filled with capsules.
+    /// Spheres and capsules are kept; every other form becomes its convex hull, filled with capsules. A mesh of several
+    /// pieces may become a hull of each.
     ///
     /// The collision geometry of a link is used; a link without any uses its visual geometry.
     pub(super) fn of(
@@ -175,10 +183,16 @@ impl Geometry {
         let Some(hull) = Hull::of(link, &points) else {
             return Ok(false);
         };
+        self.meshes.push(drawn(&part.form, frame, &hull));
+        let hulls = match &part.form {
+            Form::Mesh(mesh) => hulls_of_pieces(&points, &mesh.triangles, &hull),
+            _ => None,
+        };
+        let hulls = hulls.unwrap_or_else(|| vec![hull]);
         if filled {
             match &part.form {
                 Form::Mesh(_) | Form::Ellipsoid { .. } => {
-                    for capsule in capsules_in(&hull) {
+                    for capsule in hulls.iter().flat_map(capsules_in) {
                         self.push(capsule, false);
                     }
                 }
@@ -189,8 +203,7 @@ impl Geometry {
                 }
             }
         }
-        self.meshes.push(drawn(&part.form, frame, &hull));
-        self.hulls.push(hull);
+        self.hulls.extend(hulls);
         Ok(true)
     }
 }
@@ -215,6 +228,38 @@ fn drawn(form: &Form, frame: &Frame, hull: &Hull) -> LinkMesh {
             triangles: hull.triangles.clone(),
         },
     }
+}
+
+/// The hulls of the closed pieces of a mesh, if they tell much more than the hull of them all.
+fn hulls_of_pieces(
+    points: &[Vector3<f64>],
+    triangles: &[[u32; 3]],
+    whole: &Hull,
+) -> Option<Vec<Hull>> {
+    if triangles.len() > DRAWN {
+        return None;
+    }
+    let mesh = Mesh::closed("part", points.to_vec(), triangles.to_vec()).ok()?;
+    let hull = |piece: Vec<[u32; 3]>| {
+        let corners: BTreeSet<u32> = piece.into_iter().flatten().collect();
+        let corners = corners.into_iter().map(|v| mesh.vertices()[v as usize]);
+        let hull = Hull::of(whole.link, &corners.collect::<Vec<_>>())?;
+        Some((hull.volume_m3(), hull))
+    };
+    let mut pieces: Vec<(f64, Hull)> = mesh.pieces().into_iter().filter_map(hull).collect();
+    pieces.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+    let all_m3: f64 = pieces.iter().map(|(volume, _)| volume).sum();
+    let mut hulls: Vec<Hull> = Vec::new();
+    let mut filled_m3 = 0.0;
+    for (volume, hull) in pieces {
+        // The wall of a cavity lies in that around it.
+        if volume >= SMALL_PIECE * all_m3 && !hulls.iter().any(|other| other.holds(&hull)) {
+            filled_m3 += volume;
+            hulls.push(hull);
+        }
+    }
+    let better = filled_m3 < FULL * whole.volume_m3();
+    (better && (1..=MOST_PIECES).contains(&hulls.len())).then_some(hulls)
 }
 
 /// Points in the form's own frame whose convex hull is the form.
@@ -328,6 +373,69 @@ fn rounded_box(size: [f64; 3], link: LinkId) -> Vec<Capsule> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Corners and triangles of boxes with these lowest and highest corners.
+    fn boxes(of: &[[[f64; 3]; 2]]) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
+        const FACES: [[u32; 4]; 6] = [
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+        ];
+        let (mut points, mut triangles) = (Vec::new(), Vec::new());
+        for ends in of {
+            let first = u32::try_from(points.len()).unwrap();
+            points.extend((0..8usize).map(|k| Vector3::from_fn(|i, _| ends[k >> i & 1][i])));
+            triangles.extend((FACES.iter()).flat_map(|&[a, b, c, d]| {
+                [[a, b, c], [a, c, d]].map(|face| face.map(|corner| first + corner))
+            }));
+        }
+        (points, triangles)
+    }
+
+    /// Pieces with air between them are hulls of their own. Halves of one solid, cavities and screws are not.
+    #[test]
+    fn pieces_of_a_mesh_have_hulls_of_their_own() {
+        let found = |of: &[[[f64; 3]; 2]]| -> Option<Vec<f64>> {
+            let (points, triangles) = boxes(of);
+            let whole = Hull::of(LinkId(0), &points).unwrap();
+            let hulls = hulls_of_pieces(&points, &triangles, &whole)?;
+            // Cubic centimetres.
+            Some(
+                hulls
+                    .iter()
+                    .map(|hull| (1e6 * hull.volume_m3()).round())
+                    .collect(),
+            )
+        };
+        let palm = [[0.0; 3], [0.02, 0.02, 0.02]];
+        let rod = [[0.02, 0.0, 0.0], [0.06, 0.01, 0.01]];
+        let hollow = [[0.005; 3], [0.015; 3]];
+        let screw = [[0.0, 0.03, 0.0], [0.002, 0.032, 0.002]];
+        assert_eq!(found(&[rod, palm]), Some(vec![8.0, 4.0]));
+        assert_eq!(found(&[palm, hollow, screw, rod]), Some(vec![8.0, 4.0]));
+        assert_eq!(found(&[palm]), None);
+        let half = [[0.02, 0.0, 0.0], [0.04, 0.02, 0.02]];
+        assert_eq!(found(&[palm, half]), None);
+        let beads = |count: u8| -> Vec<[[f64; 3]; 2]> {
+            let bead = |k| {
+                [
+                    [f64::from(k) * 0.02, 0.0, 0.0],
+                    [f64::from(k) * 0.02 + 0.01, 0.01, 0.01],
+                ]
+            };
+            (0..count).map(bead).collect()
+        };
+        assert_eq!(found(&beads(8)), Some(vec![1.0; 8]));
+        assert_eq!(found(&beads(9)), None);
+        // What is open bounds nothing.
+        let (points, mut triangles) = boxes(&[rod, palm]);
+        triangles.pop();
+        let whole = Hull::of(LinkId(0), &points).unwrap();
+        assert!(hulls_of_pieces(&points, &triangles, &whole).is_none());
+    }
 
     /// Boxes and flat cylinders reach exactly as far as they should along each axis, whichever side is longest.
     #[test]

@@ -104,6 +104,18 @@ impl Hull {
             .fold(f64::INFINITY, f64::min)
     }
 
+    pub(super) fn volume_m3(&self) -> f64 {
+        let corners = |t: &[u32; 3]| self.corners(t).map(|corner| corner - self.centre);
+        let signed = self.triangles.iter().map(corners);
+        signed.map(|[a, b, c]| a.dot(&b.cross(&c)) / 6.0).sum()
+    }
+
+    /// Whether another hull lies in this one.
+    pub(super) fn holds(&self, other: &Self) -> bool {
+        let rounding_m = 1e-9 * self.radius_m;
+        (other.vertices.iter()).all(|vertex| self.depth(vertex) >= -rounding_m)
+    }
+
     pub(super) fn area_m2(&self) -> f64 {
         self.triangles
             .iter()

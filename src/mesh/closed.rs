@@ -91,7 +91,7 @@ impl Mesh {
     ///
     /// # Errors
     /// As [`Mesh::new`], except for the volume.
-    pub(super) fn closed(
+    pub(crate) fn closed(
         name: &str,
         vertices: Vec<Vector3<f64>>,
         triangles: Vec<[u32; 3]>,

@@ -7,6 +7,7 @@ mod assignment;
 mod cluster;
 mod coordinates;
 mod euclidean;
+mod fixed_frame;
 mod mirrored;
 mod periodic;
 mod pose;
@@ -23,6 +24,7 @@ pub use coordinates::{Pose, joints_of, joints_of_mut, object_from_hand, pose_coo
 #[cfg(feature = "grasp")]
 pub(crate) use coordinates::{quaternion_of, translation_of};
 pub use euclidean::Euclidean;
+pub use fixed_frame::FixedFrame;
 pub use mirrored::Mirrored;
 pub use periodic::Periodic;
 pub use pose::{PoseMetric, PoseSpace};

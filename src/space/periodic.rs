@@ -1,5 +1,7 @@
 //! Coordinates that wrap, each with a period of its own: a periodic box.
 
+use std::ops::Range;
+
 use super::Space;
 use super::vector::norm;
 
@@ -36,6 +38,29 @@ impl Periodic {
             low: low.to_vec(),
             periods: periods.to_vec(),
         }
+    }
+
+    /// A difference of coordinate `k`, to the nearest image.
+    pub(super) fn wrapped(&self, difference: f64, k: usize) -> f64 {
+        wrapped(difference, self.periods[k])
+    }
+
+    /// The points on circles of these periods, and unwrapped coordinates, for some of the coordinates.
+    pub(super) fn landmarks_of(&self, x: &[f64], wanted: Range<usize>) -> Vec<f64> {
+        let coordinates = x.iter().zip(&self.periods);
+        coordinates
+            .take(wanted.end)
+            .skip(wanted.start)
+            .flat_map(|(value, period)| {
+                if period.is_finite() {
+                    let radius = period / std::f64::consts::TAU;
+                    let angle = value / radius;
+                    vec![radius * libm::cos(angle), radius * libm::sin(angle)]
+                } else {
+                    vec![*value]
+                }
+            })
+            .collect()
     }
 }
 
@@ -97,20 +122,8 @@ impl Space for Periodic {
         Some(norm(tangent))
     }
 
-    /// The points on circles of these periods, and unwrapped coordinates.
     fn landmarks(&self, x: &[f64]) -> Vec<f64> {
         assert_eq!(x.len(), self.periods.len());
-        let coordinates = x.iter().zip(&self.periods);
-        coordinates
-            .flat_map(|(value, period)| {
-                if period.is_finite() {
-                    let radius = period / std::f64::consts::TAU;
-                    let angle = value / radius;
-                    vec![radius * libm::cos(angle), radius * libm::sin(angle)]
-                } else {
-                    vec![*value]
-                }
-            })
-            .collect()
+        self.landmarks_of(x, 0..x.len())
     }
 }

@@ -22,6 +22,9 @@ pub enum StoreError {
         /// The error of the system.
         source: io::Error,
     },
+    /// A folder was given instead of a file.
+    #[error("{0} is a folder, but a file is needed")]
+    Folder(PathBuf),
     /// A file was given instead of the folder of a landscape.
     #[error(
         "{0} is a file, but a landscape is a folder: `landscape build` makes one from a file of grasps"
@@ -186,6 +189,7 @@ impl StoreError {
             let folder = path.parent().filter(|folder| folder.is_dir());
             match (action, folder) {
                 ("read", _) if missing => Self::NotFound(path),
+                ("read", _) if source.kind() == io::ErrorKind::IsADirectory => Self::Folder(path),
                 ("open" | "create" | "write", Some(folder)) if missing => {
                     Self::NoPlace(folder.to_path_buf())
                 }
@@ -360,6 +364,28 @@ pub enum Warning {
         path: PathBuf,
         /// Names of columns, and entries of the metadata with a dot between nested names.
         unknown: Vec<String>,
+    },
+    /// The file describes nothing, and the rows name a hand or an object otherwise than the user.
+    #[error("the {kind} given, `{given}`, is taken for `{told}`, the only one that the rows name")]
+    TakenFor {
+        /// `hand` or `object`.
+        kind: &'static str,
+        /// The name in the rows.
+        told: String,
+        /// The name of the given one.
+        given: String,
+    },
+    /// The file describes nothing, and its rows name hands or objects that come with the program.
+    #[error(
+        "the file does not describe {kind} {}: what comes with this version of the program under that name is used \
+         (--{kind} gives another)",
+        list(names.iter().map(String::as_str))
+    )]
+    BuiltIn {
+        /// `hand` or `object`.
+        kind: &'static str,
+        /// The names.
+        names: Vec<String>,
     },
     /// The given object is not the one that the file describes.
     #[error(

@@ -42,7 +42,7 @@
 //! pyarrow and pandas keep the metadata when they filter a table and write it back; in pandas they are
 //! `frame.attrs["landscape"]`. polars and `DuckDB` drop them. In that case, restore them with pyarrow,
 //! `table.replace_schema_metadata({"landscape": about})`, or name hand and object again when the file is read
-//! ([`Overrides`]).
+//! ([`Overrides`]). Hands and objects that come with the program are known by the names in the rows.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -56,6 +56,8 @@ use super::quaternion::canonical;
 use super::row::{self, Column, columns};
 use super::table::{FLAG, FLOAT, INDICES, Kind, TEXT, Table, VECTOR, WHOLE};
 use crate::grasp::Grasp;
+use crate::hand::HandFiles;
+use crate::object::{Object, ObjectParts};
 use crate::space::Pose;
 
 /// One grasp with its measures and labels.
@@ -126,7 +128,8 @@ pub struct GraspFile {
 ///
 /// A given hand or object replaces the described one of the same name, or the only one. If the two differ,
 /// [`GraspFile::read`] returns a warning. A hand must have the same joints. Contacts are dropped, because they are points
-/// on the old hand's surface. An object of another name is used at its own size, so the rows must be at scale 1. Labels and
+/// on the old hand's surface. If the file describes nothing and its rows name one hand or object only, the given one is taken
+/// for it, under that name. An object of another name is used at its own size, so the rows must be at scale 1. Labels and
 /// outcomes of simulations are dropped. The energy and the other measures remain those of the replaced hand or object.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Overrides {
@@ -179,14 +182,20 @@ impl GraspFile {
             .collect())
     }
 
+    /// Whether the metadata of a file of grasps are there.
+    ///
+    /// # Errors
+    /// If the file is no table.
+    pub fn describes_itself(path: &Path) -> Result<bool, StoreError> {
+        Ok(Table::read(path)?.metadata.is_some())
+    }
+
     /// Assigns rows to the hand or object that replaced theirs, and drops values that are no longer valid.
     fn exchange(&mut self, path: &Path, warning: &Warning) -> Result<(), StoreError> {
         let (told, given, of_hand) = match warning {
             Warning::OtherHand { told, given } => (told, given, true),
             Warning::OtherObject { told, given } => (told, given, false),
-            Warning::BeyondLimit { .. } | Warning::NoChecksums { .. } | Warning::Unknown { .. } => {
-                return Ok(());
-            }
+            _ => return Ok(()),
         };
         for grasp in &mut self.grasps {
             let name = if of_hand {
@@ -337,19 +346,7 @@ fn describe(
 ) -> Result<(Metadata, Vec<Warning>), StoreError> {
     let mut warnings = Vec::new();
     let Some(json) = &table.metadata else {
-        let named = names_in_rows(table)?;
-        let (missing, flags) = match (&overrides.hand, &overrides.object) {
-            (Some(_), Some(_)) => return Ok((foreign(table, overrides), warnings)),
-            (None, Some(_)) => ("hand", "--hand"),
-            (Some(_), None) => ("object", "--object"),
-            (None, None) => ("hand and object", "--hand and --object"),
-        };
-        return Err(StoreError::NoMetadata {
-            path: path.to_path_buf(),
-            missing,
-            flags,
-            named,
-        });
+        return foreign(path, table, overrides);
     };
     let (mut metadata, mut unknown) = Metadata::from_json(path, json)?;
     unknown.extend(unknown_columns(table, &metadata));
@@ -377,14 +374,19 @@ fn describe(
     Ok((metadata, warnings))
 }
 
+/// The hands or objects that the rows name.
+fn names_in_rows(table: &Table, kind: &str) -> Result<BTreeSet<String>, StoreError> {
+    Ok(table.optional(kind, &TEXT)?.into_iter().flatten().collect())
+}
+
 /// The hands and objects that the rows name, for an error.
-fn names_in_rows(table: &Table) -> Result<String, StoreError> {
+fn told_names(table: &Table) -> Result<String, StoreError> {
     let mut told = Vec::new();
     for kind in ["hand", "object"] {
-        let names = table.optional(kind, &TEXT)?;
-        let names: BTreeSet<&str> = names.iter().flatten().map(String::as_str).collect();
+        let names = names_in_rows(table, kind)?;
         if !names.is_empty() {
-            told.push(format!("the {kind} {}", list(names.into_iter())));
+            let names = list(names.iter().map(String::as_str));
+            told.push(format!("the {kind} {names}"));
         }
     }
     Ok(match told.as_slice() {
@@ -494,18 +496,116 @@ fn put_object(told: &mut ObjectMetadata, given: ObjectMetadata) -> Option<Warnin
     Some(warning)
 }
 
-/// Metadata of a file without metadata: only hand, object and the names of the terms are known.
-fn foreign(table: &Table, overrides: Overrides) -> Metadata {
-    Metadata {
-        schema_version: SCHEMA_VERSION,
-        hands: overrides.hand.into_iter().collect(),
-        objects: overrides.object.into_iter().collect(),
-        terms: table
-            .names()
-            .filter_map(|name| name.strip_prefix(TERM))
-            .map(str::to_owned)
-            .collect(),
-        ..Metadata::default()
+/// Metadata of a file without metadata: only hands, objects and the names of the terms are known.
+fn foreign(
+    path: &Path,
+    table: &Table,
+    overrides: Overrides,
+) -> Result<(Metadata, Vec<Warning>), StoreError> {
+    let mut warnings = Vec::new();
+    let hands = lost(table, overrides.hand, &mut warnings)?;
+    let objects = lost(table, overrides.object, &mut warnings)?;
+    let (missing, flags) = match (hands.is_empty(), objects.is_empty()) {
+        (false, false) => {
+            let terms = table.names().filter_map(|name| name.strip_prefix(TERM));
+            let metadata = Metadata {
+                schema_version: SCHEMA_VERSION,
+                hands,
+                objects,
+                terms: terms.map(str::to_owned).collect(),
+                ..Metadata::default()
+            };
+            return Ok((metadata, warnings));
+        }
+        (true, false) => ("hand", "--hand"),
+        (false, true) => ("object", "--object"),
+        (true, true) => ("hand and object", "--hand and --object"),
+    };
+    Err(StoreError::NoMetadata {
+        path: path.to_path_buf(),
+        missing,
+        flags,
+        named: told_names(table)?,
+    })
+}
+
+/// The hands or objects of a file without metadata: the given one, which goes by the name in the rows if they name one only,
+/// and those that come with the program by the other names. Empty if none is given and these are not all that is missing.
+fn lost<T: Described>(
+    table: &Table,
+    given: Option<T>,
+    warnings: &mut Vec<Warning>,
+) -> Result<Vec<T>, StoreError> {
+    let kind = T::KIND;
+    let mut names = names_in_rows(table, kind)?;
+    let is_given = given.is_some();
+    let mut found = Vec::new();
+    if let Some(mut given) = given {
+        let name = given.name_mut();
+        if !names.remove(name)
+            && names.len() == 1
+            && let Some(told) = names.pop_first()
+        {
+            let given = std::mem::replace(name, told.clone());
+            warnings.push(Warning::TakenFor { kind, told, given });
+        }
+        found.push(given);
+    }
+    let count = names.len();
+    let built_in = names.into_iter().filter_map(|name| {
+        let built_in = T::built_in(&name)?;
+        Some((name, built_in))
+    });
+    let (names, built_in): (Vec<String>, Vec<T>) = built_in.unzip();
+    if is_given || names.len() == count {
+        found.extend(built_in);
+        if !names.is_empty() {
+            warnings.push(Warning::BuiltIn { kind, names });
+        }
+    }
+    Ok(found)
+}
+
+/// A hand or an object as files describe it.
+trait Described: Sized {
+    /// The column of its name.
+    const KIND: &'static str;
+
+    fn name_mut(&mut self) -> &mut String;
+
+    /// The one of this name that comes with the program.
+    fn built_in(name: &str) -> Option<Self>;
+}
+
+impl Described for HandMetadata {
+    const KIND: &'static str = "hand";
+
+    fn name_mut(&mut self) -> &mut String {
+        &mut self.name
+    }
+
+    fn built_in(name: &str) -> Option<Self> {
+        let files = HandFiles::named(name).ok()?;
+        Self::new(name.to_owned(), &files).ok()
+    }
+}
+
+impl Described for ObjectMetadata {
+    const KIND: &'static str = "object";
+
+    fn name_mut(&mut self) -> &mut String {
+        &mut self.name
+    }
+
+    fn built_in(name: &str) -> Option<Self> {
+        let (mesh, description) = Object::parts_of_named(name).ok()?;
+        let parts = ObjectParts {
+            name: name.to_owned(),
+            mesh,
+            notes: Vec::new(),
+            description,
+        };
+        Self::new(&parts).ok()
     }
 }
 

@@ -56,7 +56,7 @@ impl LandscapeFiles {
                 let fault = Fault::Unexpected {
                     column: "evidence".to_owned(),
                     value: edge.evidence.clone(),
-                    expected: "saddle, seam, path, chain or none".to_owned(),
+                    expected: "saddle, seam, given, path, chain or none".to_owned(),
                 };
                 return Err(row("edges.parquet", number, fault));
             };

@@ -119,7 +119,7 @@ impl HandMetadata {
         Ok(metadata)
     }
 
-    /// Builds the hand.
+    /// Builds the hand, under the name in the metadata.
     ///
     /// # Errors
     /// If the description is missing or invalid.
@@ -129,10 +129,11 @@ impl HandMetadata {
         };
         let texts = self.description.iter();
         let files = HandFiles::of_texts(texts.map(|file| [file.name.as_str(), file.text.as_str()]));
-        let hand = Hand::from_files(&files).map_err(|source| RebuildError::Hand {
+        let mut hand = Hand::from_files(&files).map_err(|source| RebuildError::Hand {
             file: main.name.clone(),
             source,
         })?;
+        hand.name.clone_from(&self.name);
         Ok(Arc::new(hand))
     }
 

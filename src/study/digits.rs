@@ -11,6 +11,8 @@ impl Digits {
     const DECIMALS: usize = 6;
     /// Differences that six decimals show well.
     const USUAL: std::ops::Range<f64> = 1e-2..1e9;
+    /// Values are equal if they differ by less than this fraction of the largest.
+    const SAME: f64 = 1e-12;
 
     /// The format that shows the range of the values with six digits.
     #[expect(
@@ -24,7 +26,12 @@ impl Digits {
             (low, high) = (low.min(value), high.max(value));
         }
         let largest = low.abs().max(high.abs());
-        let range = if high > low { high - low } else { largest };
+        // Values that differ by their rounding only are one value.
+        let range = if high - low > Self::SAME * largest {
+            high - low
+        } else {
+            largest
+        };
         let usual = range == 0.0 || !range.is_finite() || Self::USUAL.contains(&range);
         let beyond = libm::log10(largest / range).clamp(0.0, 10.0) as usize;
         Self {
@@ -55,9 +62,62 @@ impl Digits {
     }
 }
 
+/// A positive number in any unit, with five significant digits.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "between 0 and 7"
+)]
+pub(crate) fn significant(value: f64) -> String {
+    if (1e-3..1e6).contains(&value) {
+        let decimals = (4.0 - libm::log10(value).floor()).clamp(0.0, 7.0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.4e}")
+    }
+}
+
+/// A positive number as it was given, in powers of ten if it would be long.
+pub(crate) fn as_given(value: f64) -> String {
+    if (1e-4..1e7).contains(&value) {
+        value.to_string()
+    } else {
+        format!("{value:e}")
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_are_short_in_any_unit() {
+        for (value, short) in [
+            (0.28, "0.28000"),
+            (10.3846, "10.385"),
+            (123456.7, "123457"),
+            (0.001, "0.0010000"),
+            (1.38e-21, "1.3800e-21"),
+            (2.5e8, "2.5000e8"),
+        ] {
+            assert_eq!(significant(value), short);
+        }
+        for (value, short) in [
+            (0.1, "0.1"),
+            (300.0, "300"),
+            (1e-300, "1e-300"),
+            (1e22, "1e22"),
+        ] {
+            assert_eq!(as_given(value), short);
+        }
+    }
+
+    #[test]
+    fn rounding_is_not_shown() {
+        let equal = Digits::of([2.0, 2.0_f64.next_down()]);
+        assert_eq!(equal.show(2.0_f64.next_down()), "2.000000");
+        assert_eq!(Digits::of([-1e-20, -1e-20]).show(-1e-20), "-1.000000e-20");
+    }
 
     #[test]
     fn six_digits_of_the_range_are_shown_in_any_unit() {

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::digits::significant;
 use super::error::StudyError;
 use crate::figure::layout::collapse;
 use crate::figure::{BarrierPicture, DisconnectivityPicture, Leaf, LeafValues, Picture, group};
@@ -51,7 +52,7 @@ impl Titles {
 
     pub(super) fn of_free_energies(name: &str, temperature: f64) -> Self {
         Self {
-            title: format!("{name}: free energies at kT = {temperature:.4}"),
+            title: format!("{name}: free energies at kT = {}", significant(temperature)),
             energy: "free energy".to_owned(),
             members: "minima".to_owned(),
             seed: 0,

@@ -31,7 +31,9 @@ pub enum StudyError {
         ends: String,
     },
     /// The landscape belongs to a surface, which has no hand.
-    #[error("{0} is not a landscape of grasps, so the taxonomy does not apply")]
+    #[error(
+        "{0} is a landscape of a surface: this needs one of grasps, which has a hand and an object"
+    )]
     NotOfGrasps(String),
     /// The minima are not poses of the hand.
     #[error("{landscape}: minimum {minimum} has {found} coordinates, but the hand has {expected}")]
@@ -123,10 +125,33 @@ pub enum StudyError {
     },
     /// Thermodynamics and kinetics need curvatures.
     #[error(
-        "{0} holds no curvatures (the ln-products in its min.data are 0): search the surface with `landscape surface`, or give \
-         files of PATHSAMPLE with frequencies"
+        "{0} holds no curvatures (each row of its min.data holds the placeholders: ln-product 0, order 1, moments 0): search \
+         the surface with `landscape surface`, or give files of PATHSAMPLE with frequencies. Minima on the faces of a box \
+         have no curvatures"
     )]
     NoVibrations(String),
+    /// Kinetics needs the curvatures of transition states.
+    #[error(
+        "none of the {count} transition states of {name} has curvatures: they are bounds or lie on the faces of a box, or the \
+         rows of ts.data hold the placeholders (ln-product 0, order 1, moments 0; where an ln-product of 0 is known, write \
+         1e-300)"
+    )]
+    NoStateVibrations {
+        /// The landscape.
+        name: String,
+        /// Number of transition states.
+        count: usize,
+    },
+    /// A temperature leads beyond the range of numbers.
+    #[error(
+        "a temperature kT of {temperature:e} is too far from the energies of {name}: choose one nearer to their differences"
+    )]
+    FarTemperature {
+        /// The landscape.
+        name: String,
+        /// The temperature.
+        temperature: f64,
+    },
     /// A stationary point has no curvatures.
     #[error(transparent)]
     Missing(#[from] Missing),

@@ -1,5 +1,6 @@
 //! Experiment files: the settings of energy and synthesis as TOML.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -108,6 +109,16 @@ impl Experiment {
     pub fn preset(name: &str) -> Result<Self, ExperimentError> {
         let text = preset_text(name)?;
         Ok(toml::from_str(text).expect("the tests read the presets"))
+    }
+
+    /// The preset whose energy has these terms, and its name. No two presets have the same.
+    pub fn of_terms(terms: &[String]) -> Option<(&'static str, Self)> {
+        let terms: BTreeSet<&String> = terms.iter().collect();
+        PRESETS.iter().find_map(|(name, _)| {
+            let preset = Self::preset(name).ok()?;
+            (preset.energy.term_names().iter().collect::<BTreeSet<_>>() == terms)
+                .then_some((*name, preset))
+        })
     }
 
     /// Reads an experiment file.
@@ -224,6 +235,18 @@ mod tests {
             synthesis: SynthesisSettings::released(),
         };
         assert_eq!(Experiment::preset("released").unwrap(), released);
+    }
+
+    #[test]
+    fn terms_tell_the_preset() {
+        for (name, _) in PRESETS {
+            let preset = Experiment::preset(name).unwrap();
+            let mut terms = preset.energy.term_names();
+            terms.reverse();
+            assert_eq!(Experiment::of_terms(&terms), Some((name, preset)));
+            terms.pop();
+            assert_eq!(Experiment::of_terms(&terms), None, "{name}");
+        }
     }
 
     #[test]

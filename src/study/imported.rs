@@ -12,7 +12,7 @@ use super::tables::write_database;
 use crate::figure::leaves_of;
 use crate::printable::{counted, printable};
 use crate::store::{AtomicFolder, Counts, EdgeRow, LandscapeFiles, Manifest, MinimumRow, Source};
-use crate::topography::exchange::{Database, Layout};
+use crate::topography::exchange::{Database, Layout, Reading};
 use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree};
 
 /// A landscape of another program, from `min.data` and `ts.data` of PATHSAMPLE or topsearch.
@@ -20,6 +20,7 @@ use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree};
 pub struct ImportedLandscape<'a> {
     database: &'a Database,
     layout: Layout,
+    notes: &'a [String],
     network: Network,
     tree: Tree,
     groups: Groups,
@@ -30,19 +31,19 @@ pub struct ImportedLandscape<'a> {
 impl<'a> ImportedLandscape<'a> {
     /// Builds tree and groups. `source` names the folder, and `command` is the command line that repeats the import.
     pub fn new(
-        database: &'a Database,
-        layout: Layout,
+        read: &'a Reading,
         groups: &GroupSettings,
         source: Source,
         command: &'a str,
     ) -> Self {
-        let network = database.network();
+        let network = read.database.network();
         Self {
             tree: Tree::from_network(&network, Evidence::Chain),
             groups: Groups::new(&network, groups),
             network,
-            database,
-            layout,
+            database: &read.database,
+            layout: read.layout,
+            notes: &read.notes,
             source,
             command,
         }
@@ -136,14 +137,11 @@ impl<'a> ImportedLandscape<'a> {
                 components: self.tree.roots.len() as u64,
                 evaluations: 0,
             },
-            evidence: BTreeMap::from([("saddle".to_owned(), edges.len() as u64)]),
+            evidence: BTreeMap::from([(Evidence::Given.name().to_owned(), edges.len() as u64)]),
             findings: findings
                 .map(|(name, value)| (name.to_owned(), value))
                 .into(),
-            warnings: vec![
-                "transition states are taken at the word of the files: nothing was verified"
-                    .to_owned(),
-            ],
+            warnings: self.warnings(),
         };
         LandscapeFiles {
             manifest,
@@ -151,6 +149,14 @@ impl<'a> ImportedLandscape<'a> {
             edges,
             paths: Vec::new(),
         }
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let unverified =
+            "transition states are taken at the word of the files: nothing was verified".to_owned();
+        std::iter::once(unverified)
+            .chain(self.notes.iter().cloned())
+            .collect()
     }
 
     fn draw(&self, folder: &AtomicFolder) -> Result<(), StudyError> {
@@ -172,7 +178,7 @@ impl<'a> ImportedLandscape<'a> {
         let mut text = format!(
             "# {}\n\n- **{} minima** and **{} transition states** in the layout of {}, {} of which join two copies of \
              one minimum; {}\n- {} pairs of minima are joined directly\n- {} (relative barrier up to \
-             {})\n- transition states are taken at the word of the files: nothing was verified\n",
+             {})\n",
             self.source.name,
             self.database.minima.len(),
             self.database.transition_states.len(),
@@ -183,6 +189,9 @@ impl<'a> ImportedLandscape<'a> {
             counted(self.groups.members.len(), "group"),
             Digits::of([self.groups.barrier]).show(self.groups.barrier)
         );
+        for warning in self.warnings() {
+            text.extend(["- ", &warning, "\n"]);
+        }
         if let Some(sentence) = not_drawn(self.database.minima.len()) {
             text.extend(["- ", &sentence, "\n"]);
         }

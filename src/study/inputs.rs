@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::{Experiment, json};
 use crate::hand::{HAND_NAMES, HandError, HandFiles};
 use crate::object::{OBJECT_NAMES, Object, ObjectError, ObjectParts};
 use crate::store::{
@@ -145,11 +146,18 @@ pub fn read_grasps(
     let (mut file, found) = GraspFile::read(path, overrides)?;
     let mut warnings: Vec<String> = found.iter().map(told).collect();
     if file.metadata.energy.is_null() {
-        warnings.push(
-            "the file does not tell the energy of its grasps (metadata are lost when another program writes a file anew): \
-             the default one is used"
-                .to_owned(),
+        let found = Experiment::of_terms(&file.metadata.terms);
+        if let Some((_, experiment)) = &found {
+            file.metadata.energy = json(experiment.energy);
+        }
+        let energy = found.map_or_else(
+            || "the default one is used".to_owned(),
+            |(name, _)| format!("that of the preset `{name}` is used, which has the same terms"),
         );
+        warnings.push(format!(
+            "the file does not tell the energy of its grasps (metadata are lost when another program writes a file anew): \
+             {energy}"
+        ));
     }
     let is_other = |warning: &Warning| {
         matches!(

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
+use super::digits::as_given;
 use super::error::StudyError;
 use super::network_of_states::NetworkOfStates;
 use crate::figure::MAKER;
@@ -52,7 +53,8 @@ impl<'a> Kinetics<'a> {
     /// Computes rates, committors and pathways.
     ///
     /// # Errors
-    /// If curvatures are not known, or if no sequence of transition states joins the two sets.
+    /// If curvatures are not known, if no sequence of transition states joins the two sets, or if a temperature is too far from
+    /// the energies.
     ///
     /// # Panics
     /// If a set is empty or names a minimum that does not exist, if a minimum is in both, or if a temperature is not
@@ -62,6 +64,13 @@ impl<'a> Kinetics<'a> {
         (sources, targets): (&'a [usize], &'a [usize]),
         settings: &'a KineticsSettings,
     ) -> Result<Self, StudyError> {
+        states.check(&settings.temperatures)?;
+        if states.database.transition_states.is_empty() && states.left_out > 0 {
+            return Err(StudyError::NoStateVibrations {
+                name: states.name.clone(),
+                count: states.left_out,
+            });
+        }
         let wells = Superposition::new(&states.database)?;
         let at = settings.temperatures.iter().map(|temperature| {
             let network = RateNetwork::new(&states.database, *temperature, settings.dynamics)?;
@@ -116,6 +125,7 @@ impl<'a> Kinetics<'a> {
         json!({
             "made_by": MAKER,
             "landscape": self.states.name,
+            "notes": self.states.notes,
             "sources": self.sources,
             "targets": self.targets,
             "friction": self.friction(),
@@ -177,8 +187,9 @@ impl<'a> Kinetics<'a> {
             ),
             Some(friction) => writeln!(
                 text,
-                "Kramers rates with a friction of {friction} and harmonic frequencies. Times are in units of √(mass · \
-                 length² / energy)."
+                "Kramers rates with a friction of {} and harmonic frequencies. Times are in units of √(mass · \
+                 length² / energy).",
+                as_given(friction)
             ),
         };
         text.push_str(
@@ -190,7 +201,7 @@ impl<'a> Kinetics<'a> {
             let _ = writeln!(
                 text,
                 "| {} | {} | {} | {} | {} | {} | {} | {} |",
-                at.temperature,
+                as_given(at.temperature),
                 power(libm::log(at.occupation[0])),
                 power(libm::log(at.occupation[1])),
                 power(there.first_passage),
@@ -207,15 +218,17 @@ impl<'a> Kinetics<'a> {
         if self.states.left_out > 0 {
             let _ = writeln!(
                 text,
-                "\n{} connections are no verified saddles, so they have no curvatures and are left out.",
+                "\n{} connections are no verified saddles or lie on a face of a box, so they have no curvatures and are left \
+                 out.",
                 self.states.left_out
             );
         }
+        text.push_str(&self.states.told_notes());
         for at in &self.at {
             let _ = writeln!(
                 text,
                 "\n## Fastest pathways at kT = {}\n\n| rank | rate | share of the steady-state rate | minima |\n|---|---|---|---|",
-                at.temperature
+                as_given(at.temperature)
             );
             for (rank, pathway) in at.pathways.iter().enumerate() {
                 let share = pathway.log_rate - at.rates[0].steady_state;
@@ -253,12 +266,18 @@ fn named(set: &[usize]) -> String {
     }
 }
 
+/// Beyond this, the double-precision logarithm of a number does not hold its first digits.
+const MOST_DECADES: f64 = 1e12;
+
 /// A number given by its natural logarithm, in powers of ten.
 fn power(log: f64) -> String {
     if log == f64::NEG_INFINITY {
         return "0".to_owned();
     }
     let decades = log / std::f64::consts::LN_10;
+    if decades.abs() > MOST_DECADES {
+        return format!("10^({decades:.3e})");
+    }
     let exponent = decades.floor();
     let mantissa = libm::pow(10.0_f64, decades - exponent);
     // Rounding may give 10.00.
@@ -287,5 +306,6 @@ mod tests {
             "2.00e-1000"
         );
         assert_eq!(power(libm::log(9.999e6_f64)), "1.00e7");
+        assert_eq!(power(-1e300), "10^(-4.343e299)");
     }
 }

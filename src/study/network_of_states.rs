@@ -5,10 +5,18 @@ use std::path::Path;
 use super::error::StudyError;
 use crate::store::{StationaryRow, StoreError};
 use crate::topography::exchange::{Database, Vibrations};
-use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree};
+use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree, Verdict};
 
 /// The names of the files.
 const FILES: [&str; 2] = ["min.data", "ts.data"];
+/// A curvature below this fraction of the greatest of all is 0 within the accuracy of the differences.
+const FLAT: f64 = 1e-6;
+/// Tables of landscapes that this program searched; imported ones have neither.
+const OWN: [&str; 2] = ["stationary.parquet", "resampled.parquet"];
+/// Greatest number of points that a note names.
+const NAMED: usize = 8;
+/// Energies divided by a temperature, and temperatures, must be below this, so that sums of them are numbers.
+const FAR: f64 = 1e290;
 
 /// Minima and transition states with their vibrations, from `min.data` and `ts.data` of a landscape or of PATHSAMPLE.
 #[derive(Debug, Clone)]
@@ -23,13 +31,17 @@ pub struct NetworkOfStates {
     pub tree: Tree,
     /// Sets of minima that low barriers join.
     pub groups: Groups,
-    /// Number of connections without curvatures (bounds that are no verified saddles), which are left out.
+    /// Number of connections without curvatures (bounds that are no verified saddles, or saddles on a face of a box), which
+    /// are left out.
     pub left_out: usize,
+    /// Where the harmonic formulae do not hold and what the files had wrong, a sentence each, without capital and full stop.
+    pub notes: Vec<String>,
 }
 
 impl NetworkOfStates {
     /// Reads a folder. If the folder is a landscape of `landscape surface`, its `stationary.parquet` adds the number of
-    /// vibrational modes and the negative curvatures, which `min.data` and `ts.data` do not hold.
+    /// vibrational modes, the negative curvatures, and which points are not isolated. `min.data` and `ts.data` do not hold
+    /// these.
     ///
     /// # Errors
     /// If a file is missing or damaged, or if it holds no vibrational data (`min.data` of topsearch).
@@ -42,26 +54,29 @@ impl NetworkOfStates {
             });
         }
         let [minima, states] = FILES.map(|name| read(folder, name));
-        let parsed = Database::parse(&minima?, &states?);
-        let (mut database, _) = parsed.map_err(|source| StudyError::Exchange {
+        let parsed = Database::read(&minima?, &states?);
+        let parsed = parsed.map_err(|source| StudyError::Exchange {
             folder: folder.display().to_string(),
             source,
         })?;
+        let (mut database, mut notes) = (parsed.database, parsed.notes);
         if folder.join("stationary.parquet").is_file() {
-            complete(&mut database, &StationaryRow::read(folder)?);
+            notes.extend(complete(&mut database, &StationaryRow::read(folder)?));
         }
-        if database
-            .minima
-            .iter()
-            .all(|minimum| is_placeholder(minimum.vibrations))
-        {
+        if (database.minima.iter()).all(|minimum| minimum.vibrations.is_none()) {
             return Err(StudyError::NoVibrations(folder.display().to_string()));
         }
         let before = database.transition_states.len();
-        (database.transition_states).retain(|state| !is_placeholder(state.vibrations));
+        (database.transition_states).retain(|state| state.vibrations.is_some());
         let left_out = before - database.transition_states.len();
         let database = database.by_energy();
-        let network = database.network();
+        let mut network = database.network();
+        if OWN.iter().any(|table| folder.join(table).is_file()) {
+            // Only verified saddles have curvatures.
+            for edge in network.edge_weights_mut() {
+                edge.evidence = Evidence::Saddle;
+            }
+        }
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
         Ok(Self {
             name: name.strip_suffix(".landscape").unwrap_or(&name).to_owned(),
@@ -70,28 +85,104 @@ impl NetworkOfStates {
             database,
             network,
             left_out,
+            notes,
         })
     }
+
+    /// Refuses temperatures at which free energies or logarithms of rates would be beyond the range of numbers.
+    pub(super) fn check(&self, temperatures: &[f64]) -> Result<(), StudyError> {
+        let minima = self.database.minima.iter().map(|minimum| minimum.energy);
+        let states = (self.database.transition_states.iter()).map(|state| state.energy);
+        let farthest = (minima.chain(states)).fold(0.0, |most: f64, energy| most.max(energy.abs()));
+        let far = |temperature: &&f64| farthest / **temperature > FAR || **temperature > FAR;
+        match temperatures.iter().find(far) {
+            None => Ok(()),
+            Some(temperature) => Err(StudyError::FarTemperature {
+                name: self.name.clone(),
+                temperature: *temperature,
+            }),
+        }
+    }
+
+    /// The notes as paragraphs of a summary.
+    pub(super) fn told_notes(&self) -> String {
+        let mut text = String::new();
+        for note in &self.notes {
+            text.extend(["\nNote: ", note, ".\n"]);
+        }
+        text
+    }
 }
 
-/// Whether vibrational data are missing, or are the placeholders that are written where nothing is known.
-fn is_placeholder(vibrations: Option<Vibrations>) -> bool {
-    vibrations.is_none_or(|known| known == Vibrations::default())
-}
-
-/// Adds what only the table knows. Its rows are in the order of the texts.
-fn complete(database: &mut Database, rows: &[StationaryRow]) {
+/// Adds what only the table knows, and returns notes about points that are no harmonic wells. The rows are in the order of
+/// the texts.
+fn complete(database: &mut Database, rows: &[StationaryRow]) -> Vec<String> {
     let (minima, saddles): (Vec<_>, Vec<_>) = rows.iter().partition(|row| row.index == 0);
     if minima.len() != database.minima.len() || saddles.len() != database.transition_states.len() {
-        return;
+        return vec![
+            "stationary.parquet holds other points than min.data and ts.data, and was not used"
+                .to_owned(),
+        ];
     }
-    database.vibrational_modes = minima.first().map(|row| row.curvatures.len());
-    for (state, row) in database.transition_states.iter_mut().zip(saddles) {
+    database.vibrational_modes = minima.iter().map(|row| row.curvatures.len()).max();
+    // Where the table has curvatures, an ln-product of 0 is known: an earlier version did not tell it from the placeholders.
+    let known = |row: &StationaryRow| (!row.curvatures.is_empty()).then(Vibrations::default);
+    for (minimum, row) in database.minima.iter_mut().zip(&minima) {
+        minimum.vibrations = minimum.vibrations.or(known(row));
+    }
+    for (state, row) in database.transition_states.iter_mut().zip(&saddles) {
+        state.vibrations = state.vibrations.or(known(row));
         if let Some(vibrations) = &mut state.vibrations {
             let lowest = row.curvatures.first().copied();
             vibrations.negative_curvature = lowest.filter(|lowest| *lowest < 0.0);
         }
     }
+    no_wells(rows)
+}
+
+/// Notes about points whose curvatures do not describe the energy around them.
+fn no_wells(rows: &[StationaryRow]) -> Vec<String> {
+    let sizes = |row: &StationaryRow| row.curvatures.clone().into_iter().map(f64::abs);
+    let stiffest = rows.iter().flat_map(sizes).fold(0.0, f64::max);
+    let is_degenerate = |row: &&StationaryRow| row.verdict == Verdict::Degenerate.name();
+    let is_flat = |row: &&StationaryRow| {
+        !is_degenerate(row) && sizes(row).any(|size| size <= FLAT * stiffest)
+    };
+    let apart = named(rows.iter().filter(is_degenerate));
+    let flat = named(rows.iter().filter(is_flat));
+    let apart = apart.map(|points| {
+        format!(
+            "harmonic formulae do not hold at {points}, which is not isolated (a ring, a trough or a plateau): occupations, free \
+             energies and rates do not count its extent"
+        )
+    });
+    let flat = flat.map(|points| {
+        format!(
+            "harmonic formulae do not hold at {points}, where a curvature is 0 within the accuracy of the differences (10⁻⁶ of \
+             the greatest): occupations, free energies and rates rest on noise"
+        )
+    });
+    apart.into_iter().chain(flat).collect()
+}
+
+/// The names of points, each as a reader of the tables finds it; `None` if there are none.
+fn named<'a>(rows: impl Iterator<Item = &'a StationaryRow>) -> Option<String> {
+    let name = |row: &StationaryRow| match row.index {
+        0 => format!("m{}", row.id),
+        _ => format!("saddle {} (m{}, m{})", row.id, row.ends[0], row.ends[1]),
+    };
+    let mut names: Vec<String> = rows.map(name).collect();
+    let more = names.len().saturating_sub(NAMED);
+    names.truncate(NAMED);
+    if more > 0 {
+        names.push(format!("{more} more"));
+    }
+    let last = names.pop()?;
+    Some(if names.is_empty() {
+        last
+    } else {
+        format!("each of {} and {last}", names.join(", "))
+    })
 }
 
 fn read(folder: &Path, name: &str) -> Result<String, StoreError> {
@@ -106,5 +197,63 @@ fn read(folder: &Path, name: &str) -> Result<String, StoreError> {
             path,
             source,
         }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(index: u64, id: u64, curvatures: &[f64], verdict: &str) -> StationaryRow {
+        StationaryRow {
+            index,
+            id,
+            ends: [0, id],
+            curvatures: curvatures.to_vec(),
+            verdict: verdict.to_owned(),
+            ..StationaryRow::default()
+        }
+    }
+
+    #[test]
+    fn points_that_are_no_wells_are_named() {
+        let rows = [
+            row(0, 0, &[1e-9, 4.0], "degenerate"),
+            row(0, 1, &[2.0, 3.0], "sound"),
+            row(0, 2, &[6e-9, 6e-9], "sound"),
+            row(1, 1, &[-1.0, 2e-7], "sound"),
+        ];
+        let [apart, flat] = &no_wells(&rows)[..] else {
+            panic!("{:?}", no_wells(&rows))
+        };
+        assert!(apart.contains("at m0, which is not isolated"), "{apart}");
+        assert!(
+            flat.contains("each of m2 and saddle 1 (m0, m1), where"),
+            "{flat}"
+        );
+        assert!(no_wells(&rows[1..2]).is_empty());
+        let many: Vec<StationaryRow> = (0..20).map(|id| row(0, id, &[1.0], "degenerate")).collect();
+        assert!(
+            no_wells(&many)[0].contains("m7 and 12 more"),
+            "{:?}",
+            no_wells(&many)
+        );
+    }
+
+    #[test]
+    fn a_known_product_of_1_of_an_earlier_version_is_kept() {
+        let minima = "0 1 1 0 0 0\n1 1 1 0 0 0\n";
+        let (mut database, _) = Database::parse(minima, "2 0 1 1 2 0 0 0\n").unwrap();
+        assert_eq!(database.transition_states[0].vibrations, None);
+        let rows = [
+            row(0, 0, &[1.0], "sound"),
+            row(0, 1, &[1.0], "sound"),
+            row(1, 0, &[-3.0], "sound"),
+        ];
+        assert!(complete(&mut database, &rows).is_empty());
+        let known = database.transition_states[0].vibrations.unwrap();
+        assert_eq!(known.negative_curvature, Some(-3.0));
+        assert_eq!(database.vibrational_modes, Some(1));
+        assert_eq!(complete(&mut database, &rows[..2]).len(), 1);
     }
 }

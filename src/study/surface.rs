@@ -351,6 +351,13 @@ impl SurfaceReport<'_> {
                  a trough or a plateau, whose points of one energy are counted once"
             ));
         }
+        let [minima, saddles] = self.on_faces();
+        if minima + saddles > 0 {
+            warnings.push(format!(
+                "{minima} minima and {saddles} saddles lie on a face of the box, where their curvatures are not told: min.data \
+                 and ts.data hold placeholders, and `thermodynamics` and `rates` cannot count these points"
+            ));
+        }
         warnings.extend(no_minima(self.found));
         if components > 1 && self.lowest.is_none() {
             warnings.push(format!(
@@ -475,6 +482,20 @@ impl SurfaceReport<'_> {
         ]
     }
 
+    /// Numbers of minima and saddles without curvatures, which lie on a face of a box.
+    fn on_faces(&self) -> [usize; 2] {
+        if Coordinates::named(&self.subject.coordinates) != Some(Coordinates::Box) {
+            return [0; 2];
+        }
+        let unknown = |audit: &&Audit| audit.curvatures.is_empty();
+        [
+            self.found.audits.iter().filter(unknown).count(),
+            (self.found.saddles.iter().map(|saddle| &saddle.audit))
+                .filter(unknown)
+                .count(),
+        ]
+    }
+
     fn digits(&self) -> Digits {
         let minima = self.found.minima.iter().map(|minimum| minimum.energy);
         Digits::of(minima.chain(self.found.saddles.iter().map(|saddle| saddle.energy)))
@@ -519,8 +540,8 @@ impl SurfaceReport<'_> {
             "| energy | joins | negative curvature | searches |\n|---|---|---|---|".to_owned(),
         ];
         let digits = self.digits();
-        let negative = |saddle: &TransitionState| saddle.audit.curvatures[0];
-        let curvatures = Digits::of(self.found.saddles.iter().map(negative));
+        let negative = |saddle: &TransitionState| saddle.audit.curvatures.first().copied();
+        let curvatures = Digits::of(self.found.saddles.iter().filter_map(negative));
         lines.extend(self.found.saddles.iter().take(SHOWN).map(|saddle| {
             format!(
                 "| {}{} | m{}, m{} | {} | {} |",
@@ -528,7 +549,7 @@ impl SurfaceReport<'_> {
                 isolation(&saddle.audit),
                 saddle.ends[0].0,
                 saddle.ends[1].0,
-                curvatures.show(negative(saddle)),
+                negative(saddle).map_or_else(String::new, |curvature| curvatures.show(curvature)),
                 saddle.hits
             )
         }));
@@ -560,13 +581,21 @@ fn isolation(audit: &Audit) -> &'static str {
 
 fn completeness(coverage: &Coverage) -> String {
     let limits = "as far as numbers of hits can tell: a saddle much harder to meet than all of these is not covered";
+    if coverage.planned > 0 {
+        return format!(
+            "nothing is claimed, since the search was stopped before {} searches along modes of known minima, which find \
+             most saddles: how many are missing cannot be told",
+            coverage.planned
+        );
+    }
     let unseen = format!(
-        "at least {:.*} (Chao) and at most {} (95 %) more saddles are to be expected, and the minima behind them",
+        "at least {:.*} (Chao) more saddles are to be expected, and the minima behind them; {}",
         usize::from(coverage.unseen < 10.0),
         coverage.unseen,
-        coverage
-            .unseen_below
-            .map_or_else(|| "any number of".to_owned(), |bound| bound.to_string())
+        coverage.unseen_below.map_or_else(
+            || "there is no useful upper limit".to_owned(),
+            |bound| format!("at most {bound} (95 % limit)")
+        )
     );
     let doubted = |reason: &str| format!("nothing is claimed, since {reason}; {unseen}");
     match coverage.doubt {

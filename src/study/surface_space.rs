@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use crate::sample::Rng;
-use crate::space::{Cluster, Euclidean, Periodic, Rotation, Space, Torus};
+use crate::space::{Cluster, Euclidean, FixedFrame, Periodic, Rotation, Space, Torus};
 use crate::store::Manifest;
 use crate::topography::in_box;
 
@@ -18,6 +18,14 @@ pub enum Coordinates {
     Atoms,
     /// Positions of atoms of these elements; as `Atoms`, but only atoms of one element are renumbered.
     Elements(Vec<String>),
+    /// Positions of atoms of these elements in a fixed frame; atoms of one element are renumbered, and moved copies differ.
+    /// If they are periodic, each coordinate wraps as in `Periodic`.
+    FixedFrame {
+        /// The element of each atom.
+        elements: Vec<String>,
+        /// Whether the coordinates wrap.
+        periodic: bool,
+    },
     /// Numbers that never leave the region.
     Box,
     /// Numbers that wrap: each with the length of its side of the region as its period.
@@ -58,13 +66,18 @@ impl Coordinates {
         Self::Rotation,
     ];
 
-    /// The name in files and flags. That of atoms of several elements names the element of each: `atoms Ar Ar Kr`.
+    /// The name in files and flags. That of atoms with elements names the element of each: `atoms Ar Ar Kr`, or in a fixed
+    /// frame `flat Ar Ar` and `periodic Ar Ar`.
     pub fn name(&self) -> String {
         let name = match self {
             Self::Flat => "flat",
             Self::Angles => "angles",
             Self::Atoms => "atoms",
             Self::Elements(elements) => return format!("atoms {}", elements.join(" ")),
+            Self::FixedFrame { elements, periodic } => {
+                let frame = if *periodic { "periodic" } else { "flat" };
+                return format!("{frame} {}", elements.join(" "));
+            }
             Self::Box => "box",
             Self::Periodic => "periodic",
             Self::Rotation => "rotation",
@@ -76,23 +89,37 @@ impl Coordinates {
     pub fn named(name: &str) -> Option<Self> {
         let plain = Self::PLAIN.into_iter().find(|kind| kind.name() == name);
         plain.or_else(|| {
-            let elements = name.strip_prefix("atoms ")?.split_whitespace();
-            let elements: Vec<String> = elements.map(str::to_owned).collect();
-            (!elements.is_empty()).then_some(Self::Elements(elements))
+            let (frame, elements) = name.split_once(' ')?;
+            let elements = elements.split_whitespace().map(str::to_owned);
+            let elements: Vec<String> = elements.collect();
+            match frame {
+                _ if elements.is_empty() => None,
+                "atoms" => Some(Self::Elements(elements)),
+                "flat" | "periodic" => Some(Self::FixedFrame {
+                    elements,
+                    periodic: frame == "periodic",
+                }),
+                _ => None,
+            }
         })
     }
 
-    /// A number for each atom, equal for equal elements. Empty if all atoms are equal; `None` if these are no
-    /// positions of atoms.
+    /// A number for each atom of a cluster, equal for equal elements. Empty if all atoms are equal; `None` if these are no
+    /// positions of the atoms of a cluster.
     pub fn kinds(&self) -> Option<Vec<usize>> {
         match self {
             Self::Atoms => Some(Vec::new()),
-            Self::Elements(elements) => {
-                let first = |element| elements.iter().position(|each| each == element);
-                elements.iter().map(first).collect()
-            }
+            Self::Elements(elements) => Some(kinds(elements)),
             _ => None,
         }
+    }
+
+    /// Whether the coordinates wrap with the sides of the region.
+    pub fn is_periodic(&self) -> bool {
+        matches!(
+            self,
+            Self::Periodic | Self::FixedFrame { periodic: true, .. }
+        )
     }
 
     /// The space of these coordinates, as many as the region has sides. The sides are the periods of periodic ones.
@@ -104,14 +131,20 @@ impl Coordinates {
         (low, high): (&[f64], &[f64]),
     ) -> Result<Box<dyn Space + Send>, CoordinatesError> {
         let count = low.len();
+        let sides: Vec<f64> = if self.is_periodic() {
+            let sides = low.iter().zip(high).map(|(low, high)| high - low);
+            sides.collect()
+        } else {
+            vec![f64::INFINITY; count]
+        };
+        if high.len() != count || !sides.iter().all(|side| *side > 0.0) {
+            return Err(CoordinatesError::Sides);
+        }
+        let cell = Periodic::new(low, &sides);
         Ok(match self {
-            Self::Periodic => {
-                let sides = low.iter().zip(high).map(|(low, high)| high - low);
-                let sides: Vec<f64> = sides.collect();
-                if high.len() != count || !sides.iter().all(|side| *side > 0.0) {
-                    return Err(CoordinatesError::Sides);
-                }
-                Box::new(Periodic::new(low, &sides))
+            Self::Periodic => Box::new(cell),
+            Self::FixedFrame { elements, .. } if count == 3 * elements.len() => {
+                Box::new(FixedFrame::new(cell, &kinds(elements)))
             }
             Self::Flat | Self::Box => Box::new(Euclidean::new(count)),
             Self::Angles => Box::new(Torus::new(count)),
@@ -120,7 +153,7 @@ impl Coordinates {
             Self::Elements(elements) if count == 3 * elements.len() => {
                 Box::new(Cluster::of_kinds(&self.kinds().unwrap_or_default()))
             }
-            Self::Elements(elements) => {
+            Self::Elements(elements) | Self::FixedFrame { elements, .. } => {
                 return Err(CoordinatesError::Elements {
                     coordinates: count,
                     elements: elements.len(),
@@ -130,6 +163,12 @@ impl Coordinates {
             Self::Rotation => return Err(CoordinatesError::Rotation(count)),
         })
     }
+}
+
+/// A number for each element, equal for equal ones.
+fn kinds(elements: &[String]) -> Vec<usize> {
+    let first = |element| elements.iter().position(|each| each == element);
+    elements.iter().filter_map(first).collect()
 }
 
 /// Draws points uniformly from a region, as [`in_box`] does. A point that holds a quaternion is then scaled to be one of
@@ -167,7 +206,7 @@ pub fn surface_space(manifest: &Manifest) -> Option<(Box<dyn Space + Send>, Stri
     let (count, name) = (low.len(), kind.name());
     Some((
         kind.space((low, high)).ok()?,
-        if kind == Coordinates::Periodic {
+        if kind.is_periodic() {
             format!("{count} {name} from {low:?} to {high:?}")
         } else {
             format!("{count} {name}")
@@ -206,7 +245,24 @@ mod tests {
         let (low, high) = region(6);
         assert!(kind.space((&low, &high)).is_err());
         assert_eq!(Coordinates::named("atoms"), Some(Coordinates::Atoms));
-        assert_eq!(Coordinates::named("flat Ar"), None);
+        assert_eq!(Coordinates::named("angles Ar"), None);
+    }
+
+    #[test]
+    fn atoms_in_a_fixed_frame_have_a_name_that_tells_them() {
+        for (name, wraps) in [("flat Ar Ar", false), ("periodic Ar Ar", true)] {
+            let kind = Coordinates::named(name).unwrap();
+            assert_eq!(kind.name(), name);
+            assert_eq!((kind.kinds(), kind.is_periodic()), (None, wraps));
+            let space = kind.space((&[0.0; 6], &[4.0; 6])).unwrap();
+            let (a, b) = (
+                [0.5, 1.0, 1.0, 3.0, 2.0, 2.0],
+                [3.0, 2.0, 2.0, 3.9, 1.0, 1.0],
+            );
+            let along = if wraps { 0.6 } else { 3.4 };
+            assert!((space.distance(&a, &b) - along).abs() < 1e-12, "{name}");
+            assert!(kind.space((&[0.0; 9], &[4.0; 9])).is_err());
+        }
     }
 
     /// The region may come from a file that somebody changed.

@@ -4,14 +4,14 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use super::Digits;
+use super::digits::{Digits, significant};
 use super::drawing::{Drawing, Put, Quantities, Titles, Views};
 use super::error::StudyError;
 use super::network_of_states::NetworkOfStates;
 use crate::figure::chart::{Axis, Chart, Mark, Panel, Series};
 use crate::figure::{MAKER, leaves_of};
 use crate::printable::printable;
-use crate::thermal::{Funnels, Superposition, frustration, superbasins};
+use crate::thermal::{Funnels, SAME, Superposition, frustration, range_of_energies, superbasins};
 use crate::topography::exchange::Database;
 use crate::topography::{Evidence, Groups, Tree};
 
@@ -63,8 +63,8 @@ pub struct Thermodynamics<'a> {
     wells: Superposition,
     /// The two deepest funnels; `None` if nothing merges.
     pub funnels: Option<Funnels>,
-    /// Energy of the superbasins.
-    pub level: f64,
+    /// Energy of the superbasins; `None` if nothing merges and none was given, so that each minimum is a superbasin.
+    pub level: Option<f64>,
     /// The minima of each superbasin, its lowest first.
     pub superbasins: Vec<Vec<usize>>,
     /// The curves, by ascending temperature.
@@ -81,7 +81,7 @@ impl<'a> Thermodynamics<'a> {
     /// Computes the curves.
     ///
     /// # Errors
-    /// If the curvatures of a stationary point are not known.
+    /// If the curvatures of a stationary point are not known, or a temperature is too far from the energies.
     ///
     /// # Panics
     /// If a temperature is not positive and finite.
@@ -91,14 +91,15 @@ impl<'a> Thermodynamics<'a> {
     ) -> Result<Self, StudyError> {
         let wells = Superposition::new(&states.database)?;
         let temperatures = if settings.temperatures.is_empty() {
-            range_of(&wells)
+            range_of(states, &wells)
         } else {
             settings.temperatures.clone()
         };
+        states.check(&temperatures)?;
+        states.check(settings.free_energy_at.as_slice())?;
         let funnels = Funnels::deepest(&states.tree);
         let level = settings.level.or(funnels.map(|funnels| funnels.level()));
-        let level = level.unwrap_or(f64::MAX);
-        let superbasin_of = superbasins(&states.tree, level);
+        let superbasin_of = superbasins(&states.tree, level.unwrap_or(f64::MAX));
         let count = superbasin_of
             .iter()
             .flatten()
@@ -215,6 +216,7 @@ impl<'a> Thermodynamics<'a> {
         });
         json!({
             "landscape": self.states.name,
+            "notes": self.states.notes,
             "vibrational_modes": self.states.database.vibrational_modes,
             "funnels": self.funnels.map(|funnels| json!({
                 "pass": funnels.pass,
@@ -336,12 +338,17 @@ impl<'a> Thermodynamics<'a> {
 
     fn summary(&self) -> String {
         let states = self.states;
+        let level = match self.level {
+            Some(level) => format!(
+                "Superbasins: sets of minima that are connected below the energy {}; a funnel is named after its lowest minimum",
+                Digits::of([level]).show(level)
+            ),
+            None => "No two minima are connected, so each is a superbasin of its own".to_owned(),
+        };
         let mut text = format!(
-            "# {}: thermodynamics\n\nHarmonic superposition of {} minima. Superbasins: sets of minima that are connected below \
-             the energy {}; a funnel is named after its lowest minimum. ",
+            "# {}: thermodynamics\n\nHarmonic superposition of {}. {level}. ",
             states.name,
-            states.database.minima.len(),
-            Digits::of([self.level]).show(self.level),
+            counted_minima(states.database.minima.len()),
         );
         match states.database.vibrational_modes {
             Some(modes) => {
@@ -354,10 +361,12 @@ impl<'a> Thermodynamics<'a> {
         if states.left_out > 0 {
             let _ = writeln!(
                 text,
-                "\n{} connections are no verified saddles, so they have no curvatures and are left out of the free energies.",
+                "\n{} connections are no verified saddles or lie on a face of a box, so they have no curvatures and are left out \
+                 of the free energies.",
                 states.left_out
             );
         }
+        text.push_str(&states.told_notes());
         text.push_str("\nMinima that were not found are missing here, too: at temperatures where many minima are occupied, the curves are those of the sample.\n");
         if let Some(funnels) = &self.funnels {
             let [deeper, shallower] = funnels.bottoms.map(|bottom| funnels.pass - bottom);
@@ -382,7 +391,8 @@ impl<'a> Thermodynamics<'a> {
         for [temperature, height] in &self.peaks {
             let _ = writeln!(
                 text,
-                "\n- The heat capacity has a peak of {height:.1} k at kT = {temperature:.4}."
+                "\n- The heat capacity has a peak of {height:.1} k at kT = {}.",
+                significant(*temperature)
             );
         }
         if self.peaks.is_empty() {
@@ -397,13 +407,14 @@ impl<'a> Thermodynamics<'a> {
         text.push_str(&"---|".repeat(notable.len()));
         text.push('\n');
         let step = self.curves.len().div_ceil(12).max(1);
+        let digits = Digits::of(self.curves.iter().map(|at| at.energy));
         for at in self.curves.iter().step_by(step) {
             let frustration = at.frustration.map_or("–".to_owned(), |f| format!("{f:.3}"));
             let _ = write!(
                 text,
-                "| {:.4} | {:.4} | {:.3} | {:.3} | {:.2} | {frustration} |",
-                at.temperature,
-                at.energy,
+                "| {} | {} | {:.3} | {:.3} | {:.2} | {frustration} |",
+                significant(at.temperature),
+                digits.show(at.energy),
                 at.heat_capacity,
                 at.landscape_entropy,
                 libm::exp(at.landscape_entropy)
@@ -415,30 +426,81 @@ impl<'a> Thermodynamics<'a> {
         }
         let _ = writeln!(
             text,
-            "\nThe disconnectivity graph and the barrier graph in this folder show free energies at kT = {:.4}, counted \
+            "\nThe disconnectivity graph and the barrier graph in this folder show free energies at kT = {}, counted \
              from the lowest. Their texts number the minima by free energy.\n\nMade by {MAKER}.",
-            self.free_energy_at
+            significant(self.free_energy_at)
         );
         text
     }
 }
 
-/// Temperatures from where the lowest minimum holds nearly everything to where the occupation has nearly spread.
-fn range_of(wells: &Superposition) -> Vec<f64> {
-    let grid: Vec<f64> = (-200..=200)
-        .map(|k| libm::pow(10.0_f64, f64::from(k) / 20.0))
+/// Steps of the grid of temperatures in a factor of ten.
+const STEPS: i32 = 20;
+
+/// Temperatures from where the lowest energy holds nearly everything to where the occupation has nearly spread. Minima of one
+/// energy, up to rounding, count as one, and the search begins and ends ten powers of ten from the range of energies.
+fn range_of(states: &NetworkOfStates, wells: &Superposition) -> Vec<f64> {
+    let spread = range_of_energies(&states.tree);
+    let mut level = 0;
+    // Minima are sorted by energy.
+    let rises = states.database.minima.windows(2).map(|pair| {
+        level += usize::from(pair[1].energy - pair[0].energy > SAME * spread);
+        level
+    });
+    let level_of: Vec<usize> = std::iter::once(0).chain(rises).collect();
+    let shares = |temperature: f64| {
+        let mut shares = vec![0.0; states.database.minima.len()];
+        for (share, level) in wells.occupation(temperature).iter().zip(&level_of) {
+            shares[*level] += share;
+        }
+        shares
+    };
+    let entropy = |temperature: f64| {
+        let shares = shares(temperature).into_iter().filter(|share| *share > 0.0);
+        shares.map(|p| -p * libm::log(p)).sum::<f64>().max(0.0)
+    };
+    let decade = decade_of(spread);
+    let grid: Vec<f64> = (-10 * STEPS..=10 * STEPS)
+        .map(|k| f64::from(k + STEPS * decade) / f64::from(STEPS))
+        .map(|power| libm::pow(10.0_f64, power))
         .collect();
-    let entropies: Vec<f64> = grid.iter().map(|t| wells.landscape_entropy(*t)).collect();
+    let entropies: Vec<f64> = grid.iter().map(|t| entropy(*t)).collect();
     let most = entropies.iter().copied().fold(0.0, f64::max);
-    let ground = |t: f64| wells.occupation(t).into_iter().fold(0.0, f64::max);
-    let spread = (entropies.iter().position(|entropy| *entropy >= HOT * most)).unwrap_or(0);
+    let ground = |t: f64| shares(t).into_iter().fold(0.0, f64::max);
+    // The entropy of a single energy is that of rounding.
+    let hot = |entropy: &f64| *entropy >= (HOT * most).max(SAME);
+    let spread = entropies.iter().position(hot).unwrap_or(0);
     let cold = (0..spread).rev().find(|k| ground(grid[*k]) >= COLD);
-    // With a single minimum, or levels that no temperature separates, any range will do.
-    let (low, high) = (cold.unwrap_or(0), spread.max(cold.unwrap_or(0) + 1));
-    let [low, high] = [grid[low], grid[high.min(grid.len() - 1)]];
+    let (low, high) = match (cold, spread) {
+        (Some(cold), _) => (grid[cold], grid[spread.max(cold + 1)]),
+        // No temperature separates a single energy from others.
+        (None, 0) => (
+            0.01 * libm::pow(10.0_f64, f64::from(decade)),
+            libm::pow(10.0_f64, f64::from(decade)),
+        ),
+        (None, spread) => (grid[0], grid[spread]),
+    };
     (0..COUNT)
         .map(|k| low + (high - low) * k as f64 / (COUNT - 1) as f64)
         .collect()
+}
+
+/// The power of ten at or below a range of energies; 0 for none.
+fn decade_of(range: f64) -> i32 {
+    let exponents = -280..=280;
+    let is_below = |k: &i32| libm::pow(10.0_f64, f64::from(*k)) <= range;
+    if range > 0.0 {
+        exponents.rev().find(is_below).unwrap_or(-280)
+    } else {
+        0
+    }
+}
+
+fn counted_minima(count: usize) -> String {
+    match count {
+        1 => "1 minimum".to_owned(),
+        count => format!("{count} minima"),
+    }
 }
 
 /// Local maxima of the heat capacity, placed by a parabola through three temperatures.
@@ -465,6 +527,73 @@ fn peaks(curves: &[AtTemperature]) -> Vec<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn states(minima: &str, transition_states: &str) -> NetworkOfStates {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("min.data"), minima).unwrap();
+        std::fs::write(folder.path().join("ts.data"), transition_states).unwrap();
+        NetworkOfStates::open(folder.path(), &crate::topography::GroupSettings::default()).unwrap()
+    }
+
+    /// Energies in another unit give the same curves.
+    #[test]
+    fn default_temperatures_follow_the_unit_of_the_energies() {
+        let settings = ThermodynamicsSettings::default();
+        let made = |unit: f64| {
+            let minima = format!("{} 1 1 0 0 0\n{} 0.5 1 0 0 0\n", -2.0 * unit, -unit);
+            let states = states(&minima, &format!("{} 0.2 1 1 2 0 0 0\n", 0.5 * unit));
+            let found = Thermodynamics::new(&states, &settings).unwrap();
+            let ends = [0, COUNT - 1].map(|k| found.curves[k].temperature / unit);
+            (ends, found.curves[0].occupation[0], found.summary())
+        };
+        let ([low, high], cold, _) = made(1.0);
+        assert!(
+            (0.05..0.2).contains(&low) && high > 0.5 && cold > 0.999,
+            "{low} {high}"
+        );
+        let (joules, _, summary) = made(1e-21);
+        approx::assert_relative_eq!(joules[0], low, max_relative = 1e-9);
+        approx::assert_relative_eq!(joules[1], high, max_relative = 1e-9);
+        assert!(
+            !summary.contains("0.0000 |") && summary.contains("e-22 |"),
+            "{summary}"
+        );
+    }
+
+    /// The minima of a symmetric surface differ by the rounding of their descents.
+    #[test]
+    fn rounding_makes_no_temperatures() {
+        let minima = "0 1 1 0 0 0\n1e-16 1 1 0 0 0\n";
+        let states = states(minima, "2 0.2 1 1 2 0 0 0\n");
+        let found = Thermodynamics::new(&states, &ThermodynamicsSettings::default()).unwrap();
+        assert!(found.curves[0].temperature > 1e-3, "{:?}", found.curves[0]);
+        for at in &found.curves {
+            assert!(
+                at.frustration.is_none() && (at.occupation[0] - 0.5).abs() < 1e-9,
+                "{at:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_single_minimum_has_no_level() {
+        let states = states("-3 1 1 0 0 0\n", "");
+        let found = Thermodynamics::new(&states, &ThermodynamicsSettings::default()).unwrap();
+        assert_eq!(found.level, None);
+        let summary = found.summary();
+        assert!(
+            summary.contains("of 1 minimum. No two minima are connected"),
+            "{summary}"
+        );
+        assert!(!summary.contains("e308"), "{summary}");
+        assert!(found.to_json()["level_of_superbasins"].is_null());
+        let far = ThermodynamicsSettings {
+            free_energy_at: Some(1e-300),
+            ..ThermodynamicsSettings::default()
+        };
+        let told = Thermodynamics::new(&states, &far).unwrap_err().to_string();
+        assert!(told.contains("kT of 1e-300"), "{told}");
+    }
 
     #[test]
     fn peaks_of_a_parabola_are_exact() {

@@ -3,6 +3,18 @@
 use super::superposition::Superposition;
 use crate::topography::{Evidence, MinimumId, Tree};
 
+/// Minima whose energies differ by at most this fraction of the range of energies have one energy, up to rounding.
+pub const SAME: f64 = 1e-9;
+
+/// The difference between the lowest minimum and the highest merge or minimum of a tree; 0 if it has no nodes.
+pub fn range_of_energies(tree: &Tree) -> f64 {
+    let energies = || tree.nodes.iter().map(|node| node.energy);
+    let (low, high) = energies().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), energy| {
+        (low.min(energy), high.max(energy))
+    });
+    (high - low).max(0.0)
+}
+
 /// Frustration of a landscape at a temperature:
 ///
 /// ```text
@@ -12,7 +24,8 @@ use crate::topography::{Evidence, MinimumId, Tree};
 /// g: the lowest minimum; V‡ᵢ: the highest energy on the lowest path from i to g; p: equilibrium occupation. It is near 1
 /// where no barrier keeps the system from the lowest minimum, and large for glassy landscapes. V. K. de Souza, J. D.
 /// Stevenson, S. P. Niblett, J. D. Farrell and D. J. Wales, J. Chem. Phys. 146, 124103 (2017). Minima that are not connected
-/// to the lowest one, or have its energy, are left out. `None` if no minimum is left.
+/// to the lowest one, or have its energy within 10⁻⁹ of the range of energies of the tree, are left out. `None` if no minimum
+/// is left.
 ///
 /// # Panics
 /// If `wells` and `tree` are not of the same minima, numbered alike.
@@ -24,11 +37,12 @@ pub fn frustration(wells: &Superposition, tree: &Tree, temperature: f64) -> Opti
         .map(|node| node.energy)
         .collect();
     let lowest = (0..leaves).min_by(|a, b| energies[*a].total_cmp(&energies[*b]))?;
+    let same = SAME * range_of_energies(tree);
     let ratios: Vec<(f64, f64)> = (0..leaves)
         .filter_map(|i| {
             let height = tree.minimax(MinimumId(i), MinimumId(lowest))?;
             let above = energies[i] - energies[lowest];
-            (above > 0.0).then(|| (weights[i], (height - energies[lowest]) / above))
+            (above > same).then(|| (weights[i], (height - energies[lowest]) / above))
         })
         .collect();
     let top = ratios.iter().map(|(weight, _)| *weight);
@@ -185,7 +199,7 @@ mod tests {
                 pass: 5.0,
                 bottoms: [0.0, 0.5],
                 minima: [2, 2],
-                evidence: Evidence::Saddle
+                evidence: Evidence::Given
             }
         );
         let level = funnels.level();
@@ -224,6 +238,25 @@ mod tests {
         }
         let few = with(1);
         assert_eq!((few.pass, few.bottoms), (20.0, [-1.0, 0.0]));
+    }
+
+    /// The minima of a symmetric surface differ by the rounding of their descents.
+    #[test]
+    fn rounding_is_no_frustration() {
+        let frustration_of = |minima: &str| {
+            let states = "1.0 1 1 1 2 0 0 0\n0.8 1 1 2 3 0 0 0\n";
+            let (database, _) = Database::parse(minima, states).unwrap();
+            let network = database.by_energy().network();
+            let tree = Tree::from_network(&network, crate::topography::Evidence::Chain);
+            let wells = Superposition::new(&database.by_energy()).unwrap();
+            frustration(&wells, &tree, 0.3)
+        };
+        let two = "0.0 1 1 0 0 0\n1e-16 1 1 0 0 0\n";
+        let exact = frustration_of(&format!("{}0.5 1 1 0 0 0\n", two.replace("1e-16", "0.0")));
+        let rounded = frustration_of(&format!("{two}0.5 1 1 0 0 0\n"));
+        approx::assert_relative_eq!(rounded.unwrap(), 2.0, max_relative = 1e-12);
+        approx::assert_relative_eq!(rounded.unwrap(), exact.unwrap(), max_relative = 1e-12);
+        assert_eq!(frustration_of(&format!("{two}2e-16 1 1 0 0 0\n")), None);
     }
 
     #[test]

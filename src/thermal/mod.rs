@@ -16,7 +16,7 @@ mod rates;
 mod superposition;
 
 pub use elimination::Unreachable;
-pub use measures::{Funnels, frustration, superbasins};
+pub use measures::{Funnels, SAME, frustration, range_of_energies, superbasins};
 pub use pathways::Pathway;
 pub use rates::{Dynamics, RateNetwork, SetRates};
 pub use superposition::{Missing, Superposition};

@@ -10,7 +10,10 @@ pub enum Missing {
     #[error("there are no minima")]
     Minima,
     /// A minimum has no vibrational data.
-    #[error("the curvatures of minimum {0} (counted from 0) are not known")]
+    #[error(
+        "the curvatures of minimum {0} (counted from 0) are not known: it may lie on a face of a box, where it is no harmonic \
+         well"
+    )]
     MinimumVibrations(usize),
     /// A transition state has no vibrational data.
     #[error("the curvatures of transition state {0} (counted from 0) are not known")]
@@ -123,7 +126,12 @@ impl Superposition {
 
     /// Equilibrium probability pᵢ of each minimum.
     pub fn occupation(&self, temperature: f64) -> Vec<f64> {
-        let weights = self.log_partition_functions(temperature);
+        let temperature = checked(temperature);
+        let energies = self.wells.iter().map(|well| well.energy);
+        let lowest = energies.fold(f64::INFINITY, f64::min);
+        // Energies far from 0 would cost digits.
+        let above = |well: &Well| well.log_width - (well.energy - lowest) / temperature;
+        let weights: Vec<f64> = self.wells.iter().map(above).collect();
         let sum = log_sum(weights.iter().copied());
         weights
             .iter()
@@ -131,12 +139,13 @@ impl Superposition {
             .collect()
     }
 
-    /// Mean and variance of the energy Vᵢ of the occupied minimum.
+    /// Mean of the energy Vᵢ of the occupied minimum, and the variance of Vᵢ/T, whose square root may be beyond the range of
+    /// numbers where a minimum is not occupied.
     fn moments(&self, temperature: f64) -> [f64; 2] {
         let occupation = self.occupation(temperature);
-        let wells = || occupation.iter().zip(&self.wells);
+        let wells = || (occupation.iter().zip(&self.wells)).filter(|(p, _)| **p > 0.0);
         let mean: f64 = wells().map(|(p, well)| p * well.energy).sum();
-        let variance = wells().map(|(p, well)| p * (well.energy - mean).powi(2));
+        let variance = wells().map(|(p, well)| p * ((well.energy - mean) / temperature).powi(2));
         [mean, variance.sum()]
     }
 
@@ -147,7 +156,7 @@ impl Superposition {
 
     /// Heat capacity dU/dT = κ + (Σ pᵢ Vᵢ² − (Σ pᵢ Vᵢ)²)/T², in units of Boltzmann's constant. Without the number of modes it lacks κ.
     pub fn heat_capacity(&self, temperature: f64) -> f64 {
-        self.modes as f64 + self.moments(temperature)[1] / (temperature * temperature)
+        self.modes as f64 + self.moments(temperature)[1]
     }
 
     /// Shannon entropy −Σ pᵢ ln pᵢ of the occupation: the landscape entropy. Its exponential is the effective number of

@@ -10,7 +10,7 @@ use super::groups::{Level, level, most_stable};
 use super::journal::{JournalError, Run, bits};
 use super::minima::MatchTolerance;
 use super::network::Minimum;
-use super::pairs::{BetweenMinima, Distances, candidates};
+use super::pairs::{BetweenMinima, Distances, candidates, nearest};
 use crate::agreement::adjusted_rand;
 use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
@@ -264,9 +264,8 @@ fn sample(distances: &dyn Distances, count: usize) -> Vec<usize> {
     let mut round = chosen.clone().into_iter().cycle();
     while chosen.len() < count {
         let Some(seed) = round.next() else { break };
-        let others = (0..n).filter(|i| !chosen.contains(i));
-        let row = distances.row(seed);
-        chosen.extend(others.min_by(|a, b| row[*a].total_cmp(&row[*b])));
+        let other = nearest(distances, seed, 1, |i, _| !chosen.contains(&i)).pop();
+        chosen.extend(other.map(|(_, i)| i));
     }
     chosen.sort_unstable();
     chosen

@@ -66,9 +66,10 @@ pub struct Run<'a> {
     pub journal: &'a dyn Journal,
     /// Called after every task, from any thread.
     pub observer: &'a Observer<'a>,
-    /// Asked between batches of tasks: true ends a search early, with what it has found. The result is then that of a longer
-    /// search up to a batch, but which batch that is depends on the clock if the answer does.
-    pub enough: &'a (dyn Fn() -> bool + Sync),
+    /// Asked between batches of tasks whether the given share of the time for the run is over, 1 being all of it. Then a
+    /// search ends early, with what it has found. The result is that of a longer search up to a batch, but which batch that
+    /// is depends on the clock if the answer does.
+    pub enough: &'a (dyn Fn(f64) -> bool + Sync),
     /// The other processes that work at the same run, if there are any.
     pub workers: Option<&'a dyn Workers>,
 }
@@ -78,7 +79,7 @@ impl Default for Run<'_> {
         Self {
             journal: &Forgetful,
             observer: &|_| (),
-            enough: &|| false,
+            enough: &|_| false,
             workers: None,
         }
     }
@@ -92,7 +93,7 @@ impl std::fmt::Debug for Run<'_> {
 
 impl Run<'_> {
     pub(crate) fn is_over(&self) -> bool {
-        (self.enough)()
+        (self.enough)(1.0)
     }
 
     pub(crate) fn tally(&self, phase: Phase, total: usize) -> Tally<'_> {

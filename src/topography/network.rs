@@ -28,6 +28,8 @@ pub enum Evidence {
     Saddle,
     /// Lowest point of a seam between two discrete choices, verified by descents on both sides.
     Seam,
+    /// Transition state of another program, taken at its word.
+    Given,
     /// Relaxed path: its perpendicular force is below the tolerance, and doubling the images does not change its height.
     Path,
     /// Upper bound from attraction–diffusion, or from a band that did not relax.

@@ -1,19 +1,19 @@
 //! Selects the pairs of minima to connect.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
 use super::network::Minimum;
 use crate::space::Space;
 
-/// Up to so many minima, all their distances are kept in memory (half a matrix of 8 bytes each, 64 MB).
+/// Up to so many minima, distances that were measured are kept (half a matrix of 8 bytes each, 64 MB).
 const KEPT: usize = 4000;
-/// Rows that are computed at a time, in parallel.
-const BLOCK: usize = 64;
+/// Rounding error of a lower bound of a distance, relative to it.
+const ROUNDED: f64 = 1e-9;
 
-/// Distances between sites, which are minima or basins. They are asked for by rows, because a matrix of many thousands of
-/// sites does not fit in memory.
+/// Distances between sites, which are minima or basins. A distance modulo symmetries is dear, so that bounds come first.
 pub(super) trait Distances: Sync {
     /// Number of sites.
     fn len(&self) -> usize;
@@ -21,9 +21,10 @@ pub(super) trait Distances: Sync {
     /// Distance of two sites.
     fn between(&self, i: usize, j: usize) -> f64;
 
-    /// Distances of site `i` to all sites.
-    fn row(&self, i: usize) -> Vec<f64> {
-        (0..self.len()).map(|j| self.between(i, j)).collect()
+    /// A cheap lower bound of their distance.
+    fn least(&self, i: usize, j: usize) -> f64 {
+        let _ = (i, j);
+        0.0
     }
 }
 
@@ -42,24 +43,30 @@ impl Distances for Vec<Vec<f64>> {
 pub(super) struct BetweenMinima<'a> {
     space: &'a dyn Space,
     minima: &'a [Minimum],
-    /// Row i has the distances to minima 0 to i - 1; empty if there are too many minima.
-    kept: Vec<Vec<f64>>,
+    landmarks: Vec<Vec<f64>>,
+    /// The bits of the distances of minima 1 and 0, 2 and 0, 2 and 1 and so on, 0 if it was not measured yet; empty if there
+    /// are too many minima.
+    kept: Vec<AtomicU64>,
 }
 
 impl<'a> BetweenMinima<'a> {
     pub(super) fn new(space: &'a dyn Space, minima: &'a [Minimum]) -> Self {
-        let mut distances = Self {
+        let n = minima.len();
+        let kept = if n <= KEPT {
+            n * n.saturating_sub(1) / 2
+        } else {
+            0
+        };
+        Self {
             space,
             minima,
-            kept: Vec::new(),
-        };
-        if minima.len() <= KEPT {
-            let rows = (0..minima.len()).into_par_iter();
-            distances.kept = rows
-                .map(|i| (0..i).map(|j| distances.measured(j, i)).collect())
-                .collect();
+            landmarks: (minima.par_iter())
+                .map(|minimum| space.landmarks(&minimum.coordinates))
+                .collect(),
+            kept: std::iter::repeat_with(AtomicU64::default)
+                .take(kept)
+                .collect(),
         }
-        distances
     }
 
     fn measured(&self, lower: usize, higher: usize) -> f64 {
@@ -76,39 +83,66 @@ impl Distances for BetweenMinima<'_> {
     fn between(&self, i: usize, j: usize) -> f64 {
         let (lower, higher) = (i.min(j), i.max(j));
         if lower == higher {
-            0.0
-        } else if let Some(row) = self.kept.get(higher) {
-            row[lower]
-        } else {
-            self.measured(lower, higher)
+            return 0.0;
+        }
+        let Some(kept) = self.kept.get(higher * (higher - 1) / 2 + lower) else {
+            return self.measured(lower, higher);
+        };
+        // Threads may measure a distance twice; they agree.
+        match kept.load(Ordering::Relaxed) {
+            0 => {
+                let distance = self.measured(lower, higher);
+                kept.store(distance.to_bits(), Ordering::Relaxed);
+                distance
+            }
+            bits => f64::from_bits(bits),
         }
     }
 
-    fn row(&self, i: usize) -> Vec<f64> {
-        if self.kept.is_empty() {
-            let all = (0..self.len()).into_par_iter().with_min_len(256);
-            return all.map(|j| self.between(i, j)).collect();
-        }
-        (0..self.len()).map(|j| self.between(i, j)).collect()
+    fn least(&self, i: usize, j: usize) -> f64 {
+        let sides = self.landmarks[i].iter().zip(&self.landmarks[j]);
+        let squared: f64 = sides.map(|(a, b)| (a - b) * (a - b)).sum();
+        // A NaN bounds nothing.
+        (squared.sqrt() * (1.0 - ROUNDED)).max(0.0)
     }
 }
 
-/// Pairs of each site with its `neighbours` nearest sites, and the edges of the minimum spanning tree, so that the pairs
-/// connect all sites. Pairs (i, j) have i < j and come nearest first. Memory grows with the number of pairs.
-pub(super) fn candidates(distances: &dyn Distances, neighbours: usize) -> Vec<(usize, usize)> {
-    let n = distances.len();
-    let nearest = |i: usize| {
-        let row = distances.row(i);
-        let mut others: Vec<usize> = (0..n).filter(|j| *j != i).collect();
-        let order = |a: &usize, b: &usize| row[*a].total_cmp(&row[*b]).then(a.cmp(b));
-        if neighbours < others.len() {
-            others.select_nth_unstable_by(neighbours, order);
-            others.truncate(neighbours);
+/// Up to `count` sites nearest to site `i` with their distances, nearest first, of equal ones those with the lowest numbers.
+/// Only sites for which `wanted` holds, first of all with the number and then with the distance, too.
+pub(super) fn nearest(
+    distances: &dyn Distances,
+    i: usize,
+    count: usize,
+    wanted: impl Fn(usize, Option<f64>) -> bool,
+) -> Vec<(f64, usize)> {
+    let mut found: Vec<(f64, usize)> = Vec::new();
+    for j in (0..distances.len()).filter(|j| *j != i) {
+        let full = found.len() == count;
+        let farthest = found.last().filter(|_| full);
+        if !wanted(j, None) || farthest.is_some_and(|(far, _)| distances.least(i, j) > *far) {
+            continue;
         }
-        let pair = |j: &usize| ((i.min(*j), i.max(*j)), row[*j]);
-        others.iter().map(pair).collect::<Vec<_>>()
+        let here = (distances.between(i, j), j);
+        let before = |(far, k): &(f64, usize)| far.total_cmp(&here.0).then(k.cmp(&here.1)).is_lt();
+        let place = found.partition_point(before);
+        if place < count && wanted(j, Some(here.0)) {
+            found.truncate(count - 1);
+            found.insert(place, here);
+        }
+    }
+    found
+}
+
+/// Pairs of each site with its `neighbours` nearest sites, and the edges of the minimum spanning tree, so that the pairs
+/// connect all sites. Pairs (i, j) have i < j and come nearest first. Memory grows with the number of pairs, and only
+/// distances are measured whose lower bounds do not exclude them.
+pub(super) fn candidates(distances: &dyn Distances, neighbours: usize) -> Vec<(usize, usize)> {
+    let near = |i: usize| {
+        let near = nearest(distances, i, neighbours, |_, _| true).into_iter();
+        near.map(|(distance, j)| ((i.min(j), i.max(j)), distance))
+            .collect::<Vec<_>>()
     };
-    let near: Vec<Vec<_>> = (0..n).into_par_iter().map(nearest).collect();
+    let near: Vec<Vec<_>> = (0..distances.len()).into_par_iter().map(near).collect();
     let mut pairs: BTreeMap<(usize, usize), f64> = near.into_iter().flatten().collect();
     pairs.extend(spanning_tree(distances));
     sorted(pairs)
@@ -118,27 +152,38 @@ pub(super) fn candidates(distances: &dyn Distances, neighbours: usize) -> Vec<(u
 pub(super) fn bridges(
     distances: &dyn Distances,
     component: &[usize],
-    tried: &impl Fn((usize, usize)) -> bool,
+    tried: &(impl Fn((usize, usize)) -> bool + Sync),
 ) -> Vec<(usize, usize)> {
-    let n = distances.len();
-    let mut shortest: Vec<Option<((usize, usize), f64)>> = vec![None; n];
-    for block in (0..n).collect::<Vec<_>>().chunks(BLOCK) {
-        let rows: Vec<Vec<f64>> = block.par_iter().map(|i| distances.row(*i)).collect();
-        for (i, row) in block.iter().zip(rows) {
-            for j in i + 1..n {
-                if component[*i] == component[j] {
-                    continue;
-                }
-                for c in [component[*i], component[j]] {
-                    let shorter = shortest[c].is_none_or(|(_, known)| row[j] < known);
-                    if shorter && !tried((*i, j)) {
-                        shortest[c] = Some(((*i, j), row[j]));
-                    }
-                }
-            }
+    sorted(shortest(distances, component, tried))
+}
+
+/// The pairs of [`bridges`] with their distances.
+fn shortest(
+    distances: &dyn Distances,
+    component: &[usize],
+    tried: &(impl Fn((usize, usize)) -> bool + Sync),
+) -> BTreeMap<(usize, usize), f64> {
+    let pair = |i: usize, j: usize| (i.min(j), i.max(j));
+    let across = |i: usize| {
+        let wanted = |j: usize, _: Option<f64>| component[i] != component[j] && !tried(pair(i, j));
+        nearest(distances, i, 1, wanted).pop()
+    };
+    let across: Vec<Option<(f64, usize)>> =
+        (0..distances.len()).into_par_iter().map(across).collect();
+    let mut shortest: Vec<Option<(f64, (usize, usize))>> = vec![None; distances.len()];
+    for (i, found) in across.into_iter().enumerate() {
+        let Some((distance, j)) = found else { continue };
+        let here = (distance, pair(i, j));
+        let best = &mut shortest[component[i]];
+        let nearer = |(known, other): &(f64, (usize, usize))| {
+            distance.total_cmp(known).then(here.1.cmp(other)).is_lt()
+        };
+        if best.as_ref().is_none_or(nearer) {
+            *best = Some(here);
         }
     }
-    sorted(shortest.into_iter().flatten().collect())
+    let shortest = shortest.into_iter().flatten();
+    shortest.map(|(distance, pair)| (pair, distance)).collect()
 }
 
 fn sorted(pairs: BTreeMap<(usize, usize), f64>) -> Vec<(usize, usize)> {
@@ -147,29 +192,19 @@ fn sorted(pairs: BTreeMap<(usize, usize), f64>) -> Vec<(usize, usize)> {
     pairs.into_iter().map(|(pair, _)| pair).collect()
 }
 
-/// The edges of the minimum spanning tree and their lengths, by Prim's algorithm: O(n²) distances, O(n) memory.
+/// The edges of the minimum spanning tree and their lengths, by Borůvka's algorithm. Of edges of equal length the one with
+/// the lowest numbers comes first, so that there is one such tree.
 fn spanning_tree(distances: &dyn Distances) -> Vec<((usize, usize), f64)> {
     let n = distances.len();
-    let mut joined = vec![false; n];
-    // Nearest joined site, and its distance.
-    let mut link = vec![(0, f64::INFINITY); n];
+    let mut sets = petgraph::unionfind::UnionFind::new(n);
     let mut tree = Vec::new();
-    let mut last = 0;
-    for _ in 1..n {
-        joined[last] = true;
-        for (i, distance) in distances.row(last).into_iter().enumerate() {
-            // Everything is nearest to the first site until another one is nearer, even at an infinite distance.
-            if !joined[i] && (last == 0 || distance < link[i].1) {
-                link[i] = (last, distance);
+    while tree.len() + 1 < n {
+        let component: Vec<usize> = sets.clone().into_labeling();
+        for (pair, length) in shortest(distances, &component, &|_| false) {
+            if sets.union(pair.0, pair.1) {
+                tree.push((pair, length));
             }
         }
-        let next = (0..n)
-            .filter(|i| !joined[*i])
-            .min_by(|a, b| link[*a].1.total_cmp(&link[*b].1));
-        let Some(next) = next else { break };
-        let (from, length) = link[next];
-        tree.push(((next.min(from), next.max(from)), length));
-        last = next;
     }
     tree
 }
@@ -226,14 +261,72 @@ mod tests {
             kept: Vec::new(),
             ..BetweenMinima::new(&space, &minima)
         };
+        let matrix: Vec<Vec<f64>> = (0..150)
+            .map(|i| (0..150).map(|j| measured.between(i, j)).collect())
+            .collect();
         let component: Vec<usize> = (0..150).map(|i| i / 50 * 50).collect();
-        let pairs = |distances: &BetweenMinima<'_>| {
+        let pairs = |distances: &dyn Distances| {
             (
                 candidates(distances, 4),
                 bridges(distances, &component, &|(i, _)| i % 2 == 0),
             )
         };
         assert_eq!(pairs(&kept), pairs(&measured));
+        assert_eq!(pairs(&kept), pairs(&matrix), "bounds exclude nothing");
         assert_eq!(pairs(&kept).1.len(), 2);
+    }
+
+    /// Counts the distances that are measured.
+    struct Counting<'a>(BetweenMinima<'a>, AtomicU64);
+
+    impl Distances for Counting<'_> {
+        fn len(&self) -> usize {
+            self.0.len()
+        }
+
+        fn between(&self, i: usize, j: usize) -> f64 {
+            self.1.fetch_add(1, Ordering::Relaxed);
+            self.0.between(i, j)
+        }
+
+        fn least(&self, i: usize, j: usize) -> f64 {
+            self.0.least(i, j)
+        }
+    }
+
+    /// Points of a plane, and clusters, whose bounds are weak.
+    #[test]
+    fn bounds_spare_distances_and_change_no_pair() {
+        let plane = crate::space::Euclidean::new(2);
+        let clusters = crate::space::Cluster::new(4);
+        assert!(measured(&plane, 300) < 300 * 300 / 4);
+        assert!(measured(&clusters, 60) > 0);
+    }
+
+    /// The number of distances that are asked for between random points, whose pairs must be those of a matrix.
+    fn measured(space: &dyn Space, n: usize) -> u64 {
+        use crate::sample::{Task, stream};
+        use rand::RngExt;
+
+        let mut rng = stream(5, Task::Start, 0);
+        let mut point = || {
+            let coordinates = 0..space.coordinates();
+            coordinates.map(|_| rng.random_range(-1.0..1.0)).collect()
+        };
+        let minima: Vec<Minimum> = (0..n)
+            .map(|_| Minimum {
+                coordinates: point(),
+                energy: 0.0,
+                choice: Vec::new(),
+                members: Vec::new(),
+            })
+            .collect();
+        let counting = Counting(BetweenMinima::new(space, &minima), AtomicU64::new(0));
+        let pairs = candidates(&counting, 3);
+        let matrix: Vec<Vec<f64>> = (0..n)
+            .map(|i| (0..n).map(|j| counting.0.between(i, j)).collect())
+            .collect();
+        assert_eq!(pairs, candidates(&matrix, 3));
+        counting.1.load(Ordering::Relaxed)
     }
 }

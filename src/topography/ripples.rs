@@ -62,11 +62,7 @@ pub(super) fn between(
     for (i, basin) in place.iter().enumerate() {
         members[*basin].push(i);
     }
-    let between = BetweenBasins {
-        distances,
-        place,
-        members,
-    };
+    let between = BetweenBasins { distances, members };
     let pairs = candidates(&between, neighbours).into_iter();
     pairs
         .filter_map(|(a, b)| Some(between.nearest(a, b)?.0))
@@ -76,8 +72,6 @@ pub(super) fn between(
 /// Distances of basins: of their nearest minima.
 struct BetweenBasins<'a> {
     distances: &'a dyn Distances,
-    /// Number of the basin of each minimum.
-    place: Vec<usize>,
     /// Minima of each basin, ascending.
     members: Vec<Vec<usize>>,
 }
@@ -85,12 +79,29 @@ struct BetweenBasins<'a> {
 impl BetweenBasins<'_> {
     /// The nearest minima of two basins and their distance; of equal ones those with the lowest numbers.
     fn nearest(&self, a: usize, b: usize) -> Option<((usize, usize), f64)> {
-        let pairs = self.members[a].iter().flat_map(|i| {
+        let mut best: Option<((usize, usize), f64)> = None;
+        for pair in self.pairs(a, b) {
+            let least = self.distances.least(pair.0, pair.1);
+            if best.is_some_and(|(_, known)| least > known) {
+                continue;
+            }
+            let here = (pair, self.distances.between(pair.0, pair.1));
+            let nearer = |(other, known): &((usize, usize), f64)| {
+                here.1.total_cmp(known).then(pair.cmp(other)).is_lt()
+            };
+            if best.as_ref().is_none_or(nearer) {
+                best = Some(here);
+            }
+        }
+        best
+    }
+
+    /// The pairs of minima of two basins.
+    fn pairs(&self, a: usize, b: usize) -> impl Iterator<Item = (usize, usize)> {
+        self.members[a].iter().flat_map(move |i| {
             let others = self.members[b].iter();
             others.map(move |j| (*i.min(j), *i.max(j)))
-        });
-        let lengths = pairs.map(|pair| (pair, self.distances.between(pair.0, pair.1)));
-        lengths.min_by(|(a, one), (b, other)| one.total_cmp(other).then(a.cmp(b)))
+        })
     }
 }
 
@@ -103,14 +114,11 @@ impl Distances for BetweenBasins<'_> {
         self.nearest(a, b).map_or(f64::INFINITY, |(_, least)| least)
     }
 
-    fn row(&self, a: usize) -> Vec<f64> {
-        let mut least = vec![f64::INFINITY; self.members.len()];
-        for i in &self.members[a] {
-            for (basin, distance) in self.place.iter().zip(self.distances.row(*i)) {
-                least[*basin] = least[*basin].min(distance);
-            }
-        }
-        least
+    fn least(&self, a: usize, b: usize) -> f64 {
+        let pairs = self.pairs(a, b);
+        pairs
+            .map(|(i, j)| self.distances.least(i, j))
+            .fold(f64::INFINITY, f64::min)
     }
 }
 

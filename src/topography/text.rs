@@ -17,6 +17,7 @@ impl Evidence {
         match self {
             Self::Saddle => "saddle",
             Self::Seam => "seam",
+            Self::Given => "given",
             Self::Path => "path",
             Self::Chain => "chain",
             Self::None => "none",
@@ -28,6 +29,7 @@ impl Evidence {
         let all = [
             Self::Saddle,
             Self::Seam,
+            Self::Given,
             Self::Path,
             Self::Chain,
             Self::None,

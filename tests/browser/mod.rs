@@ -4,7 +4,6 @@ mod remote;
 mod socket;
 
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -106,10 +105,7 @@ fn found(variable: &str, package: &str, names: &[&str]) -> Option<PathBuf> {
         "no browser is installed, but CI=true: install {package}"
     );
     if found.is_none() {
-        let _ = writeln!(
-            std::io::stderr(),
-            "SKIPPED: no browser ({package}) on this machine"
-        );
+        crate::skipped::skipped(&format!("no browser ({package}) on this machine"));
     }
     found
 }

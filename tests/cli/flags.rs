@@ -215,6 +215,12 @@ fn the_wrong_kind_of_file() {
             &["g.parquet is a file", "a landscape is a folder"],
         );
     }
+    fs::create_dir(desk.path("empty.landscape")).unwrap();
+    let sentence = desk.early_mistake("build empty.landscape");
+    assert_says(
+        &sentence,
+        &["empty.landscape is a folder", "a file is needed"],
+    );
     if cfg!(target_os = "linux") {
         let sentence =
             desk.mistake("synth --object ball -n 1 --steps 1 --keep all -o /proc/x.parquet");
@@ -226,12 +232,42 @@ fn the_wrong_kind_of_file() {
 fn files_of_a_hand_go_where_they_are_asked_to() {
     let desk = Desk::empty();
     desk.succeed("hands inspect gripper_parallel -o mine");
-    assert_eq!(names(desk.folder.path()), ["mine.json", "mine.png"]);
-    desk.succeed("hands inspect gripper_parallel -o mine --side-file other.json");
+    desk.succeed("hands inspect gripper_parallel -o other.png --side-file other.json");
     assert_eq!(
         names(desk.folder.path()),
-        ["mine.json", "mine.png", "other.json"]
+        ["mine.png", "other.json", "other.png"]
     );
+}
+
+/// A side file beside a description is read with it, so a look at a hand must not leave one there.
+#[test]
+fn a_look_at_a_hand_leaves_its_derivation_free() {
+    let desk = Desk::empty();
+    let urdf = include_str!("../../python/tutorials/claw/claw.urdf");
+    fs::write(desk.path("my.urdf"), urdf).unwrap();
+    desk.succeed("hands inspect my.urdf");
+    assert_eq!(names(desk.folder.path()), ["my.png", "my.urdf"]);
+    desk.succeed("hands inspect my.urdf");
+    assert_eq!(names(desk.folder.path()), ["my.png", "my.urdf"]);
+    desk.succeed("hands inspect my.urdf --side-file my.json");
+    assert_says(
+        &desk.succeed("hands inspect my.urdf"),
+        &["my.json is read with it"],
+    );
+    let sentence = desk.early_mistake("hands inspect my.urdf --side-file my.json");
+    assert_says(&sentence, &["my.json", "may have been edited"]);
+}
+
+/// A hand is called as in the file of its grasps, not as its description calls it.
+#[test]
+fn exports_name_the_hand_as_files_of_grasps_do() {
+    let desk = Desk::empty();
+    let urdf = include_str!("../../python/tutorials/claw/claw.urdf");
+    fs::write(desk.path("my.urdf"), urdf).unwrap();
+    desk.succeed("synth --hand my.urdf --object ball -n 1 --steps 5 --keep all -q -o g.parquet");
+    desk.succeed("export g.parquet urdf -o hand");
+    let text = fs::read_to_string(desk.path("hand/my.urdf")).unwrap();
+    assert!(text.contains("<robot name=\"my\">"), "{text}");
 }
 
 #[test]

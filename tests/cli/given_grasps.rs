@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::desk::{Desk, assert_says};
 use crate::parts::Parts;
-use arrow_array::Float64Array;
+use arrow_array::{Float64Array, StringArray};
 use landscape::grasp::{EnergySettings, GraspEnergy, judge};
 use landscape::hand::Hand;
 use landscape::object::Object;
@@ -187,28 +187,35 @@ fn mistakes_with_given_grasps() {
     }
 }
 
-/// Grasps of other programs have no metadata of this program. Flags then name hand and object, and the energy is the
-/// default one.
+/// The file `name` without its metadata, as polars and `DuckDB` write it.
+fn without_metadata(desk: &Desk, name: &str) -> Parts {
+    let mut parts = Parts::of(&desk.path(name));
+    parts.metadata = None;
+    parts
+}
+
+/// Without metadata, flags name hand and object. The energy is that of the preset with the same terms.
 #[test]
 fn grasps_of_others() {
-    let foreign = |mut parts: Parts| {
-        parts.metadata = None;
-        parts
-    };
+    let desk = Desk::empty();
+    desk.succeed("synth --object box -n 4 --steps 5 --keep all --seed 1 -q -o g.parquet");
+    let lost = without_metadata(&desk, "g.parquet");
+    lost.without("hand")
+        .without("object")
+        .write(&desk.path("own.parquet"));
     assert_says(
-        &Desk::refusal(foreign),
+        &desk.early_mistake("build own.parquet"),
         &[
-            "spoilt.parquet",
+            "own.parquet",
             "does not describe its hand and object",
             "--hand",
         ],
     );
-    // Grasps of the default energy, which is taken for those of unknown energy.
-    let desk = Desk::empty();
-    desk.succeed("synth --object box -n 4 --steps 5 --keep all --seed 1 -q -o g.parquet");
-    foreign(Parts::of(&desk.path("g.parquet"))).write(&desk.path("own.parquet"));
     let said = desk.succeed("build own.parquet --hand human --object box");
-    assert_says(&said, &["warning: the file does not tell the energy"]);
+    assert_says(
+        &said,
+        &["warning: the file does not tell the energy", "`closed`"],
+    );
     desk.succeed("build g.parquet --quiet");
     let energies = |name: &str| {
         let files = LandscapeFiles::read(&desk.path(name)).unwrap();
@@ -219,6 +226,58 @@ fn grasps_of_others() {
             .collect::<Vec<_>>()
     };
     assert_eq!(energies("own.landscape"), energies("g.landscape"));
+}
+
+/// What rows without metadata name is what comes with the program, or what a flag gives in its place.
+#[test]
+fn names_in_rows_without_metadata() {
+    let desk = Desk::with_grasps();
+    let energy = |name: &str| {
+        let read = GraspFile::read(&desk.path(name), Overrides::default());
+        read.unwrap().0.metadata.energy
+    };
+    let objects = |name: &str| -> Vec<String> {
+        let read = GraspFile::read(&desk.path(name), Overrides::default());
+        let file = read.unwrap().0;
+        file.grasps.into_iter().map(|grasp| grasp.object).collect()
+    };
+    let lost = || without_metadata(&desk, "g.parquet");
+    let named = |names: &[&str]| {
+        let names: Vec<&str> = names.iter().copied().cycle().take(6).collect();
+        lost().set("object", StringArray::from(names))
+    };
+    lost().write(&desk.path("lost.parquet"));
+    let said = desk.succeed("label lost.parquet -o l.parquet");
+    assert_says(
+        &said,
+        &[
+            "hand `human`: what comes with",
+            "object `ball`: what comes with",
+        ],
+    );
+    let said = desk.succeed("inspect lost.parquet");
+    assert_says(&said, &["preset `four_points`"]);
+    assert_eq!(energy("l.parquet"), energy("g.parquet"));
+
+    named(&["ball", "box"]).write(&desk.path("two.parquet"));
+    desk.succeed("label two.parquet -o l.parquet --force");
+    assert_eq!(objects("l.parquet")[..2], ["ball", "box"]);
+    desk.succeed("label two.parquet --object box -o l.parquet --force");
+
+    named(&["sem-Ball-1"]).write(&desk.path("own.parquet"));
+    assert_says(
+        &desk.early_mistake("label own.parquet"),
+        &["does not describe its object", "`sem-Ball-1`", "--object"],
+    );
+    let said = desk.succeed("label own.parquet --object ball -o l.parquet --force");
+    assert_says(&said, &["`ball`, is taken for `sem-Ball-1`"]);
+    assert_eq!(objects("l.parquet")[0], "sem-Ball-1");
+
+    named(&["sem-Ball-1", "sem-Ball-2"]).write(&desk.path("several.parquet"));
+    assert_says(
+        &desk.early_mistake("label several.parquet --object ball"),
+        &["object `sem-Ball-1` is not the one described"],
+    );
 }
 
 /// `--object` of a file that describes its own: the poses are judged with the other one, and what is written says so.

@@ -159,7 +159,7 @@ fn what_cannot_grow_is_refused_in_one_sentence() {
     desk.succeed("surface muller-brown -q -o surface.landscape");
     refused(
         "build g.parquet --onto surface.landscape",
-        &["surface.landscape is not a landscape of grasps"],
+        &["surface.landscape is a landscape of a surface"],
     );
     desk.succeed("build g.parquet --first 3 --sequential --no-report -q -o order.landscape");
     refused(

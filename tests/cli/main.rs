@@ -25,6 +25,8 @@ mod folder;
 mod parts;
 #[path = "../records/mod.rs"]
 mod records;
+#[path = "../skipped/mod.rs"]
+mod skipped;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

@@ -1,7 +1,6 @@
 //! Output files: files of the user are never overwritten, write errors are reported, and no incomplete set of files stays.
 
 use std::fs;
-use std::io::Write;
 #[cfg(unix)]
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -211,7 +210,10 @@ fn half_a_set_never_stays() {
         ("compare g.landscape", ".png"),
         ("inspect g.landscape --path m0 m1", ".glb"),
         ("draw g.landscape -o out", ".png"),
-        ("hands inspect gripper_three_finger", ".png"),
+        (
+            "hands inspect gripper_three_finger --side-file s.json",
+            ".png",
+        ),
         ("export g.parquet glb -o out", ".glb"),
     ] {
         let whole = desk();
@@ -336,10 +338,7 @@ fn interrupts_are_ignored() -> bool {
 fn an_interrupted_run_says_what_is_kept() {
     for (signal, code) in [("INT", 130), ("TERM", 75)] {
         if signal == "INT" && interrupts_are_ignored() {
-            let _ = writeln!(
-                std::io::stderr(),
-                "SKIPPED: SIGINT is ignored here, as in the background of a shell"
-            );
+            crate::skipped::skipped("SIGINT is ignored here, as in the background of a shell");
             continue;
         }
         let desk = Desk::empty();

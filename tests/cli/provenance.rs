@@ -4,7 +4,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::fs;
-use std::io::Write;
 use std::path::Path;
 use std::process::Command;
 use std::sync::OnceLock;
@@ -451,7 +450,7 @@ fn remade(verb: &str) {
     let python = Command::new("python3").arg("--version").output().is_ok();
     for (_, arguments) in RUNS.iter().filter(|(of, _)| *of == verb) {
         if arguments.iter().any(|word| word.contains("python3")) && !python {
-            let _ = writeln!(std::io::stderr(), "SKIPPED: there is no python3");
+            crate::skipped::skipped("there is no python3");
             continue;
         }
         let first = Desk::empty();

@@ -20,6 +20,8 @@ use records::records;
 mod desk;
 #[path = "../records/mod.rs"]
 mod records;
+#[path = "../skipped/mod.rs"]
+mod skipped;
 mod verbs;
 mod workers;
 

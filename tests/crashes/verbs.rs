@@ -9,7 +9,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::io::Write;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -481,7 +480,7 @@ fn library(folder: &TempDir) -> Option<PathBuf> {
 fn every_command_that_writes_may_be_stopped() {
     let folder = TempDir::new().unwrap();
     let Some(library) = library(&folder) else {
-        let _ = writeln!(std::io::stderr(), "SKIPPED: no C compiler on Linux");
+        crate::skipped::skipped("no C compiler on Linux");
         return;
     };
     let only = std::env::var("LANDSCAPE_STOPS_VERB").ok();

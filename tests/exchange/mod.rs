@@ -6,7 +6,6 @@ mod mistakes;
 mod models;
 
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::desk::{Desk, assert_says};
@@ -443,7 +442,7 @@ fn qpos_and_scenes_are_written() {
 fn published() -> Option<PathBuf> {
     let root = std::env::var_os("LANDSCAPE_TEST_DATA");
     if root.is_none() {
-        let _ = writeln!(std::io::stderr(), "SKIPPED: LANDSCAPE_TEST_DATA is not set");
+        crate::skipped::skipped("LANDSCAPE_TEST_DATA is not set");
     }
     root.map(PathBuf::from)
 }

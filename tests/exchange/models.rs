@@ -211,6 +211,9 @@ fn several_objects_need_a_choice() {
     for line in [
         "format: isaac_grasp\n",
         "format_version: 1.0\n",
+        // The keys of Isaac Sim and those of Isaac ROS.
+        "object_frame_link: \"ball\"\ngripper_frame_link: \"palm\"\n",
+        "object_frame: \"ball\"\ngripper_frame: \"palm\"\n",
         "  \"grasp_9\":\n    confidence: 1.0\n    position: [-0.08, 0.011, 0.05]\n    orientation: {w: 0.6, xyz: [0.0, 0.8, 0.0]}\n",
         "    cspace_position:\n      \"jaw\": 0.0301234567890123\n    pregrasp_cspace_position:\n",
     ] {

@@ -1,6 +1,5 @@
 //! The hand in the page stands as in Rust: frames of links, points of the skin, and the outline.
 
-use std::io::Write;
 use std::path::Path;
 
 use base64::Engine;
@@ -37,9 +36,8 @@ fn hands(folder: &Path) -> Vec<HandMetadata> {
             hands.push(HandMetadata::new("shadow".to_owned(), &files).unwrap());
         }
         None => {
-            let _ = writeln!(
-                std::io::stderr(),
-                "SKIPPED: LANDSCAPE_TEST_DATA is not set: the Shadow Hand was not posed"
+            crate::skipped::skipped(
+                "LANDSCAPE_TEST_DATA is not set: the Shadow Hand was not posed",
             );
         }
     }

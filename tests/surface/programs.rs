@@ -1,7 +1,6 @@
 //! Energies of other programs: protocols, failures, spaces, and what is said of odd ones.
 
 use std::fs;
-use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -114,7 +113,7 @@ pub(crate) fn python() -> bool {
     let found = Command::new("python3").arg("--version").output();
     let there = found.is_ok_and(|output| output.status.success());
     if !there {
-        let _ = writeln!(std::io::stderr(), "SKIPPED: there is no python3");
+        crate::skipped::skipped("there is no python3");
     }
     there
 }

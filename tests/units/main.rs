@@ -6,6 +6,9 @@
 mod scaled;
 #[cfg(feature = "cli")]
 mod shell;
+#[cfg(feature = "cli")]
+#[path = "../skipped/mod.rs"]
+mod skipped;
 mod stiff;
 
 use landscape::energy::model::Surface;

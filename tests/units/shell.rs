@@ -1,6 +1,5 @@
 //! The same comparison through `landscape surface`, with a program that computes the surface in other units.
 
-use std::io::Write;
 use std::path::Path;
 use std::process::Command;
 
@@ -15,7 +14,7 @@ fn python() -> bool {
     let found = Command::new("python3").arg("--version").output();
     let there = found.is_ok_and(|output| output.status.success());
     if !there {
-        let _ = writeln!(std::io::stderr(), "SKIPPED: there is no python3");
+        crate::skipped::skipped("there is no python3");
     }
     there
 }

@@ -14,14 +14,14 @@ from ._landscape import (
 )
 from ._native import HAND_NAMES, OBJECT_NAMES, __version__
 from ._surfaces import (
-    Atoms, Box, Descents, Euclidean, Periodic, Rotations, Torus, evaluate, explore, from_ase, map, quench,
+    Atoms, Box, Descents, Euclidean, FixedFrame, Periodic, Rotations, Torus, evaluate, explore, from_ase, map, quench,
 )
 from ._table import Table
 
 __all__ = [
     "HAND_NAMES", "OBJECT_NAMES", "Atoms", "Box", "Coverage", "Descents", "Difference", "Energy", "EnergyError", "Euclidean",
-    "Evaluation", "GradientError", "Grasps", "Hand", "InputError", "InternalError", "Landscape", "LandscapeError", "MinimaxPath",
-    "NothingFoundError", "Object", "Periodic", "Rotations", "Table", "Torus", "Tree", "__version__", "build", "command",
+    "Evaluation", "FixedFrame", "GradientError", "Grasps", "Hand", "InputError", "InternalError", "Landscape", "LandscapeError",
+    "MinimaxPath", "NothingFoundError", "Object", "Periodic", "Rotations", "Table", "Torus", "Tree", "__version__", "build", "command",
     "diversity", "evaluate", "explore", "from_ase", "import_grasps", "import_landscape", "load", "main", "map", "quench",
     "synthesize",
 ]

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any, Union
+from typing import Any, ClassVar, Union
+
+import numpy as np
 
 from . import _native
+from ._errors import InputError
 
 StrPath = Union[str, "os.PathLike[str]"]
 
@@ -24,7 +28,9 @@ def wanted(progress: bool | None) -> bool:
 
 
 def command(*arguments: Any, progress: bool | None = None) -> str:
-    """Runs a command line inside this process and returns what it prints.
+    """Runs a command line inside this process and returns what it prints, the help and the version among it.
+
+    Commands from several threads run one after the other.
 
     Parameters
     ----------
@@ -41,7 +47,26 @@ def command(*arguments: Any, progress: bool | None = None) -> str:
         If a file cannot be read or written.
     """
     words = [os.fspath(word) if isinstance(word, (str, os.PathLike)) else str(word) for word in arguments]
-    return _native.call(words, wanted(progress))
+    try:
+        return _native.call(words, wanted(progress))
+    except InputError as error:
+        told = str(error)
+    if _is_help(told):
+        return f"{told}\n"
+    raise InputError(_sentence(told))
+
+
+def _is_help(told: str) -> bool:
+    """Whether a text is the help or the version, which the parser of command lines tells like an error."""
+    version = re.fullmatch(rf"landscape\S* {re.escape(_native.__version__)}", told)
+    return version is not None or (not told.startswith("error: ") and "\n\nUsage: landscape " in told)
+
+
+def _sentence(told: str) -> str:
+    """The sentence and the tips of an error of the command line, without the paragraphs about its usage."""
+    paragraphs = told.removeprefix("error: ").split("\n\n")
+    kept = [each for each in paragraphs if not each.startswith(("Usage: ", "For more information, try "))]
+    return "; ".join(" ".join(line.strip() for line in each.splitlines()) for each in kept)
 
 
 def flags(**given: Any) -> list[str]:
@@ -49,10 +74,10 @@ def flags(**given: Any) -> list[str]:
     words: list[str] = []
     for name, value in given.items():
         flag = "--" + name.rstrip("_").replace("_", "-")
-        if value is None or value is False:
+        if value is None:
             continue
-        if value is True:
-            words.append(flag)
+        if isinstance(value, (bool, np.bool_)):
+            words.extend([flag] if value else [])
         elif isinstance(value, (list, tuple)):
             words.append(f"{flag}={','.join(str(part) for part in value)}")
         else:
@@ -65,8 +90,14 @@ def flags(**given: Any) -> list[str]:
 class Folder:
     """A temporary folder that lives as long as what uses it."""
 
+    _until_the_end: ClassVar[list[Folder]] = []
+
     def __init__(self) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="landscape-")
+
+    def keep(self) -> None:
+        """Lets the folder live until the interpreter ends."""
+        self._until_the_end.append(self)
 
     def __truediv__(self, name: str) -> Path:
         return Path(self._folder.name) / name

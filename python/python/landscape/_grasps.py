@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._call import Folder, StrPath, command, existing, flags
+from ._checks import instance, numbers, whole, whole_or_none
 from ._errors import InputError
 from ._hands import Hand, Object, synthesized
 from ._table import Table
@@ -50,7 +51,7 @@ class Evaluation(NamedTuple):
 
 def _quaternions(rotation: ArrayLike, form: str) -> Floats:
     """Unit quaternions w, x, y, z, shape (n, 4)."""
-    given = np.asarray(rotation, dtype=np.float64)
+    given = numbers("rotation", rotation)
     if form == "wxyz" or form == "xyzw":
         if given.ndim != 2 or given.shape[1] != 4:
             raise InputError(f"rotation has the shape {given.shape}, but (n, 4) is needed for {form}")
@@ -85,11 +86,21 @@ def _quaternions(rotation: ArrayLike, form: str) -> Floats:
     return result
 
 
+def _contact_sets(contacts: Sequence[Sequence[int]]) -> list[list[int]]:
+    """Contact sets as lists of whole numbers."""
+    try:
+        rows = [list(row) for row in contacts]
+    except TypeError:
+        raise InputError("contacts: a list of whole numbers for each grasp is needed") from None
+    return [[whole(f"contacts: row {place} has", point, most=2**32 - 1) for point in row] for place, row in enumerate(rows)]
+
+
 class Grasps:
     """Grasps of a hand on an object (or of several) as columns. Grasps are never changed: methods return new ones.
 
-    ``grasps[mask]``, ``grasps[3:9]``, ``grasps[[1, 5]]`` and ``grasps[0]`` are grasps again. Arrays are read only; take a
-    copy to write into one. Make grasps with :func:`synthesize`, :meth:`read`, :meth:`from_arrays` or :meth:`from_table`.
+    ``grasps[mask]``, ``grasps[3:9]``, ``grasps[[1, 5]]`` and ``grasps[0]`` are grasps again. Arrays are read only: the
+    columns ``translation_m``, ``rotation_wxyz`` and ``joints_rad`` are views of ``poses``, which is copied once. Take a copy
+    to write into one. Make grasps with :func:`synthesize`, :meth:`read`, :meth:`from_arrays` or :meth:`from_table`.
     """
 
     def __init__(self, native: _native.Grasps, file: Path | None = None, keeps: object = None) -> None:
@@ -115,8 +126,14 @@ class Grasps:
         ------
         InputError
             If the file is wrong; the sentence names row and column.
+        FileNotFoundError
+            If there is no such file.
         """
         path = existing(file)
+        if hand is not None:
+            instance("hand", hand, Hand)
+        if object is not None:
+            instance("object", object, Object)
         native = _native.Grasps.read(
             path, None if hand is None else hand._native, None if object is None else object._native
         )
@@ -145,7 +162,7 @@ class Grasps:
         translation_m
             Positions of the hand's root in the frame of the object, shape (n, 3), metres.
         rotation
-            Rotations from the hand's root to the object: quaternions of shape (n, 4) or matrices of shape (n, 3, 3).
+            Rotations from the hand's root to the object: unit quaternions of shape (n, 4) or matrices of shape (n, 3, 3).
         rotation_form
             ``"wxyz"`` (scalar first: MuJoCo, Isaac, transforms3d), ``"xyzw"`` (scalar last: SciPy, ROS, PyBullet) or
             ``"matrix"``. There is no default, because a wrong order is not noticed.
@@ -163,7 +180,9 @@ class Grasps:
         InputError
             If a shape or a number is wrong; the sentence names argument and row.
         """
-        chosen = None if contacts is None else [[int(point) for point in row] for row in contacts]
+        instance("hand", hand, Hand)
+        instance("object", object, Object)
+        chosen = None if contacts is None else _contact_sets(contacts)
         native = _native.Grasps.from_arrays(
             hand._native, object._native, translation_m, _quaternions(rotation, rotation_form), joints_rad, chosen, preset,
             source,
@@ -172,8 +191,19 @@ class Grasps:
 
     @classmethod
     def from_table(cls, table: Any, *, hand: Hand | None = None, object: Object | None = None) -> Grasps:
-        """Grasps from a ``pyarrow.Table``, a ``pandas.DataFrame`` or a ``polars.DataFrame`` with the columns of
-        :meth:`to_arrow`. pandas and polars drop the description of hand and object, so that these must be given.
+        """Grasps from a table of pyarrow, pandas or polars with the columns of :meth:`to_arrow`.
+
+        Parameters
+        ----------
+        table
+            A ``pyarrow.Table``, a ``pandas.DataFrame`` or a ``polars.DataFrame``.
+        hand, object
+            As in :meth:`read`. pandas and polars drop their description, so that these must be given.
+
+        Raises
+        ------
+        InputError
+            If the table is wrong; the sentence names row and column.
         """
         import pyarrow
         import pyarrow.parquet
@@ -187,9 +217,25 @@ class Grasps:
         pyarrow.parquet.write_table(table, file, compression="snappy")
         return cls(cls.read(file, hand=hand, object=object)._native)
 
-    def write(self, file: StrPath) -> Path:
-        """Writes ``grasps.parquet``. Equal grasps give equal bytes."""
+    def write(self, file: StrPath, *, force: bool = False) -> Path:
+        """Writes ``grasps.parquet`` and returns its path. Equal grasps give equal bytes.
+
+        Parameters
+        ----------
+        file
+            The file to write. One of landscape is replaced.
+        force
+            Whether to replace a file that landscape did not write, too.
+
+        Raises
+        ------
+        InputError
+            If the file exists and landscape did not write it, or there are no grasps.
+        OSError
+            If the file cannot be written.
+        """
         path = Path(file)
+        _native.check_output(path, force)
         self._native.write(path)
         self._path, self._written, self._keeps = path, _state(path), None
         return path
@@ -214,6 +260,21 @@ class Grasps:
         return len(self._native)
 
     def __getitem__(self, rows: Rows) -> Grasps:
+        """Grasps of some rows; a copy.
+
+        Parameters
+        ----------
+        rows
+            A number, a slice, a list or an array of numbers (negative ones count from the end), or a mask of shape (n,). A
+            mask may choose none.
+
+        Raises
+        ------
+        IndexError
+            If there is no such row, or a mask has another length.
+        InputError
+            If a row is chosen twice, because ids are unique.
+        """
         count = len(self)
         if isinstance(rows, (int, np.integer)):
             if not -count <= rows < count:
@@ -222,7 +283,10 @@ class Grasps:
         elif isinstance(rows, slice):
             chosen = list(range(*rows.indices(count)))
         else:
-            given = np.asarray(rows)
+            try:
+                given = np.asarray(rows)
+            except ValueError:
+                raise IndexError("rows are chosen by a list of numbers, not by lists of several lengths") from None
             if given.dtype == np.bool_:
                 if given.shape != (count,):
                     raise IndexError(f"a mask of the shape {given.shape} for {count} grasps")
@@ -237,7 +301,7 @@ class Grasps:
 
     @cached_property
     def poses(self) -> Floats:
-        """Poses, shape (n, 7 + joints): position (m), quaternion w, x, y, z, joints (rad)."""
+        """Poses, shape (n, 7 + joints): position (m), quaternion w, x, y, z, joints (rad); copied at the first use."""
         return _frozen(self._native.poses)
 
     @property
@@ -267,7 +331,18 @@ class Grasps:
         return {name: _frozen(values[:, place]) for place, name in enumerate(self._native.term_names)}
 
     def column(self, name: str) -> NDArray[Any]:
-        """The column ``name`` (one of ``COLUMNS``), shape (n,). Missing numbers are NaN, missing texts ``None``."""
+        """A column of ``grasps.parquet``, shape (n,); a copy. Missing numbers are NaN, missing texts ``None``.
+
+        Parameters
+        ----------
+        name
+            ``"id"``, ``"energy"``, ``"label_auto"`` and so on: one of ``COLUMNS``.
+
+        Raises
+        ------
+        InputError
+            If there is no such column.
+        """
         return self._native.column(name)
 
     @cached_property
@@ -323,8 +398,18 @@ class Grasps:
         return self._native.warnings
 
     def rotation(self, form: RotationForm) -> Floats:
-        """Rotations from the hand's root to the object as quaternions ``"wxyz"`` or ``"xyzw"``, shape (n, 4), or as a
-        ``"matrix"``, shape (n, 3, 3)."""
+        """Rotations from the hand's root to the object.
+
+        Parameters
+        ----------
+        form
+            Quaternions ``"wxyz"`` (a view) or ``"xyzw"``, shape (n, 4), or a ``"matrix"``, shape (n, 3, 3).
+
+        Raises
+        ------
+        InputError
+            If there is no such form.
+        """
         q = self.rotation_wxyz
         if form == "wxyz":
             return q
@@ -346,7 +431,8 @@ class Grasps:
         """All columns of ``grasps.parquet`` as a ``pyarrow.Table``, with the description of hand and object."""
         import pyarrow.parquet
 
-        return pyarrow.parquet.read_table(io.BytesIO(self._native.encode()))
+        # Without grasps, the file holds one as a pattern.
+        return pyarrow.parquet.read_table(io.BytesIO(self._native.encode())).slice(0, len(self))
 
     def to_pandas(self) -> Any:
         """All columns of ``grasps.parquet`` as a ``pandas.DataFrame``."""
@@ -356,7 +442,7 @@ class Grasps:
         """All columns of ``grasps.parquet`` as a ``polars.DataFrame``."""
         import polars
 
-        return polars.read_parquet(io.BytesIO(self._native.encode()))
+        return polars.read_parquet(io.BytesIO(self._native.encode())).head(len(self))
 
     # Judgement
 
@@ -367,16 +453,33 @@ class Grasps:
         ``strict``, ``published`` (Eq. 11 of Liu et al. 2021 as printed), ``released`` (as in the authors' code): whether the
         grasp passes; ``objection``: the first reason why the strict filter refuses it; ``gap_m``, ``deepest_m``,
         ``self_penetration_m`` (metres), ``joint_excess_rad``, ``least_friction``, ``epsilon``, ``net_wrench``, ``digits``,
-        ``contacts`` (surface point, link, signed distance in metres), and more.
+        ``contacts`` (dictionaries with ``point``, the index of the surface point, ``link``, its name, and ``distance_m``, the
+        signed distance from the mesh), and more. Friction is exact; ε is that of :attr:`epsilon`.
         """
-        return Table(self._native.judge())
+        columns = self._native.judge()
+        columns["contacts"] = [
+            [{"point": point, "link": link, "distance_m": distance} for point, link, distance in row]
+            for row in columns["contacts"]
+        ]
+        return Table(columns)
 
     def judge(self) -> Table:
         """The same as :attr:`judgement`."""
         return self.judgement
 
     def passes(self, filter: Literal["strict", "published", "released"] = "strict") -> NDArray[np.bool_]:
-        """Which grasps pass a filter, shape (n,)."""
+        """Which grasps pass a filter, shape (n,).
+
+        Parameters
+        ----------
+        filter
+            A column of :attr:`judgement`: ``"strict"``, ``"published"`` or ``"released"``.
+
+        Raises
+        ------
+        InputError
+            If there is no such filter.
+        """
         if filter not in ("strict", "published", "released"):
             raise InputError(f"filter {filter!r}: the filters are 'strict', 'published' and 'released'")
         passed: NDArray[np.bool_] = self.judgement[filter]
@@ -384,7 +487,7 @@ class Grasps:
 
     def label(
         self, *, rule: StrPath | None = None, labels: StrPath | None = None, out: StrPath | None = None,
-        progress: bool | None = None,
+        force: bool = False, progress: bool | None = None,
     ) -> Grasps:
         """These grasps with their types in the GRASP taxonomy (T. Feix et al., IEEE Trans. Hum.-Mach. Syst. 46, 66 (2016)):
         the columns ``label_auto``, ``label_score``, ``label_best``, ``label_category``, ``label_source``.
@@ -397,34 +500,63 @@ class Grasps:
             A CSV file with your labels (columns ``id`` and ``label``), which override the rule.
         out
             The file to write, the same as that of ``landscape label``; by default none is kept.
+        force
+            Whether to replace a file that landscape did not write.
+        progress
+            Whether to show a progress bar; by default if standard error is a terminal.
+
+        Raises
+        ------
+        InputError
+            If a file is wrong, or there are no grasps.
         """
-        given = flags(rule=rule, from_=labels)
+        given = flags(rule=rule, from_=labels, force=force)
         return self._remade("label", given, out, "labelled", progress)
 
     def labels(self, *, progress: bool | None = None) -> Table:
-        """Types of the grasps by the standard rule: columns ``id``, ``label_auto``, ``label_score``, ``label_category``."""
+        """Types of the grasps by the standard rule: columns ``id``, ``label_auto``, ``label_score``, ``label_category``.
+
+        Parameters
+        ----------
+        progress
+            As in :meth:`label`.
+
+        Raises
+        ------
+        InputError
+            If there are no grasps.
+        """
         labelled = self.label(progress=progress)
         return Table({name: labelled.column(name) for name in ("id", "label_auto", "label_score", "label_category")})
 
     def stability(
         self, protocol: Protocol = "drop", *, settings: StrPath | None = None, out: StrPath | None = None,
-        progress: bool | None = None,
+        force: bool = False, progress: bool | None = None,
     ) -> Grasps:
-        """These grasps with the outcomes of a simulation: the columns ``stable``, ``stable_reason``,
-        ``stable_displacement_m`` and ``stable_turn_rad``.
+        """These grasps with the outcomes of a simulation: the columns ``stable`` (1 or 0), ``stable_reason``,
+        ``stable_displacement_m`` (metres) and ``stable_turn_rad`` (radians).
 
         Parameters
         ----------
         protocol
-            ``"drop"`` (Liu et al. 2021), ``"six-directions"`` (DexGraspBench) or ``"six-directions-rigid"``.
+            ``"drop"`` (T. Liu et al., arXiv:2104.09194), ``"six-directions"`` (of DexGraspBench) or
+            ``"six-directions-rigid"``.
         settings
             A TOML file with a protocol of your own.
         out
             The file to write, the same as that of ``landscape stability``; by default none is kept.
+        force, progress
+            As in :meth:`label`.
+
+        Raises
+        ------
+        InputError
+            If the protocol is wrong, or there are no grasps.
         """
         # The default is not named, as on the command line.
         named = None if protocol == "drop" or settings is not None else protocol
-        return self._remade("stability", flags(protocol=named, settings=settings), out, "stability", progress)
+        given = flags(protocol=named, settings=settings, force=force)
+        return self._remade("stability", given, out, "stability", progress)
 
     def _remade(self, verb: str, given: list[str], out: StrPath | None, ending: str, progress: bool | None) -> Grasps:
         file = self._file()
@@ -435,33 +567,74 @@ class Grasps:
 
     # Files of other programs, pages, landscapes
 
-    def export(self, out: StrPath, *, format: str) -> Path:
-        """Writes the grasps in a format of ``landscape export`` (``landscape help export`` lists them) and returns the path."""
+    def export(self, out: StrPath, *, format: str, force: bool = False) -> Path:
+        """Writes the grasps for other programs and returns the path.
+
+        Parameters
+        ----------
+        out
+            The file to write, or the folder for ``dexonomy``, ``mujoco``, ``urdf``, ``glb`` and ``usd``.
+        format
+            ``"csv"``, ``"json"``, ``"dexgraspnet"``, ``"dexonomy"``, ``"qpos"``, ``"mujoco"``, ``"isaac_grasp"``,
+            ``"urdf"``, ``"glb"`` or ``"usd"``; ``command("help", "export")`` describes them.
+        force
+            Whether to replace a file that landscape did not write, or to write beside the files of others in a folder.
+
+        Raises
+        ------
+        InputError
+            If there is no such format, ``out`` has the wrong ending or belongs to others, or there are no grasps.
+        """
         target = Path(out)
-        command("export", self._file(), format, "--quiet", "--output", target, progress=False)
+        command("export", self._file(), format, *flags(force=force), "--quiet", "--output", target, progress=False)
         return target
 
-    def report(self, out: StrPath, *, progress: bool | None = None) -> Path:
-        """Writes a page on which the grasps are looked at and labelled, and returns its path."""
+    def report(self, out: StrPath, *, force: bool = False, progress: bool | None = None) -> Path:
+        """Writes a page on which the grasps are looked at and labelled, and returns its path.
+
+        Parameters
+        ----------
+        out
+            The file to write (HTML).
+        force, progress
+            As in :meth:`label`.
+
+        Raises
+        ------
+        InputError
+            If landscape did not write the file, or there are no grasps.
+        """
         target = Path(out)
-        command("report", self._file(), "--quiet", "--output", target, progress=progress)
+        command("report", self._file(), *flags(force=force), "--quiet", "--output", target, progress=progress)
         return target
 
     def show(self, *, height_px: int = 720) -> Page:
-        """The page of :meth:`report` as a widget of a notebook; needs ``anywidget``."""
+        """The page of :meth:`report` as a widget of a notebook; needs ``anywidget``.
+
+        Parameters
+        ----------
+        height_px
+            Height on the screen, pixels.
+        """
         from .widget import Page
 
         return Page.of(self.report, height_px)
 
     def build(self, out: StrPath | None = None, **settings: Any) -> Landscape:
-        """The landscape between these grasps; see :func:`build`."""
+        """The landscape between these grasps.
+
+        Parameters
+        ----------
+        out, settings
+            As in :func:`build`, whose ``Raises`` and sources hold here, too.
+        """
         from ._landscape import build
 
         return build(self, out, **settings)
 
     def __repr__(self) -> str:
         pairs = dict.fromkeys(f"{hand} on {object}" for hand, object, _, _ in self.populations)
-        return f"{len(self)} grasps of {', '.join(pairs)}"
+        return f"{len(self)} grasps of {', '.join(pairs)}" if pairs else "0 grasps"
 
 
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:
@@ -485,10 +658,19 @@ class Energy:
     hand, object
         What it is the energy of.
     preset
-        ``"closed"`` (the hand as an elastic layer), ``"four_points"``, ``"paper"`` or ``"released"``.
+        ``"closed"`` (the hand as an elastic layer), ``"four_points"``, ``"paper"`` (T. Liu et al., arXiv:2104.09194, as
+        printed) or ``"released"`` (as in the authors' code).
+
+    Raises
+    ------
+    InputError
+        If an argument is no hand, no object or no preset.
     """
 
     def __init__(self, hand: Hand, object: Object, *, preset: str = "closed") -> None:
+        instance("hand", hand, Hand)
+        instance("object", object, Object)
+        self._object = object
         self._native = _native.Energy(hand._native, object._native, preset)
 
     @property
@@ -503,9 +685,25 @@ class Energy:
         return made
 
     def __call__(self, grasps: Grasps | ArrayLike) -> Evaluation:
-        """Energies, gradients and terms of grasps, or of poses of shape (n, 7 + joints) as in :attr:`Grasps.poses`.
+        """Energies, gradients and terms.
 
-        Energies are +inf outside the domain, never NaN.
+        Parameters
+        ----------
+        grasps
+            Grasps of this hand on this object, or poses of shape (n, 7 + joints) as in :attr:`Grasps.poses`: position (m), unit
+            quaternion w, x, y, z, joints (rad).
+
+        Returns
+        -------
+        Evaluation
+            Energies are +inf outside the domain. No number is NaN.
+
+        Raises
+        ------
+        InputError
+            If a number is not finite, or the length of a quaternion differs from 1 by more than 1e-3 (smaller differences are
+            scaled away): the sentence names the row. Also if the grasps are of another hand, of another object, or of the
+            object at another scale.
         """
         poses = self._poses(grasps)
         energy, gradient = self._native.evaluate(poses)
@@ -513,15 +711,51 @@ class Energy:
         return Evaluation(energy, gradient, {name: terms[:, place] for place, name in enumerate(self.term_names)})
 
     def evaluate(self, grasps: Grasps | ArrayLike) -> tuple[Floats, Floats]:
-        """Energies, shape (n,), and gradients, shape (n, tangents), without the terms, which cost as much again."""
+        """Energies, shape (n,), and gradients, shape (n, tangents), without the terms, with which a call takes four times as
+        long in all.
+
+        Parameters
+        ----------
+        grasps
+            As in a call of the energy. The derivatives are those of :class:`Evaluation`.
+
+        Raises
+        ------
+        InputError
+            As in a call of the energy.
+        """
         return self._native.evaluate(self._poses(grasps))
 
     def moved(self, poses: ArrayLike, tangents: ArrayLike) -> Floats:
-        """Poses moved along ``tangents``, shape (n, tangents): the exponential map in which gradients are derivatives."""
+        """Poses moved along tangents, shape (n, 7 + joints): by the exponential map, in which gradients are derivatives.
+
+        Parameters
+        ----------
+        poses
+            Shape (n, 7 + joints), as in :attr:`Grasps.poses`.
+        tangents
+            Shape (n, tangents), in the units of :class:`Evaluation`.
+
+        Raises
+        ------
+        InputError
+            If a shape or a number is wrong, as in a call of the energy.
+        """
         return self._native.moved(poses, tangents)
 
     def _poses(self, grasps: Grasps | ArrayLike) -> Any:
-        return self._native.poses(grasps._native) if isinstance(grasps, Grasps) else grasps
+        if not isinstance(grasps, Grasps):
+            return grasps
+        name, scale = self._object.name, self._object.scale
+        names, scales = grasps.object, grasps.column("scale")
+        other = np.flatnonzero((names != name) | (scales != scale))
+        if other.size:
+            row = int(other[0])
+            raise InputError(
+                f"grasps: row {row} is of the object {names[row]!r} at scale {scales[row]}, but the energy is of {name!r} at "
+                f"scale {scale}"
+            )
+        return self._native.poses(grasps._native)
 
 
 def synthesize(
@@ -537,9 +771,12 @@ def synthesize(
     spread: int | None = None,
     config: StrPath | None = None,
     out: StrPath | None = None,
+    force: bool = False,
     progress: bool | None = None,
 ) -> Grasps:
-    """Grasps of a hand on an object: the same bytes as ``landscape synth``.
+    """Grasps of a hand on an object by differentiable force closure: the same bytes as ``landscape synth``.
+
+    After T. Liu, Z. Liu, Z. Jiao, Y. Zhu and S.-C. Zhu, IEEE Robot. Autom. Lett. 7, 470 (2022), arXiv:2104.09194.
 
     Parameters
     ----------
@@ -560,6 +797,8 @@ def synthesize(
         An experiment file (TOML) instead of ``preset``.
     out
         The file to write. An interrupted call with the same ``out`` goes on where it stopped. By default none is kept.
+    force
+        Whether to replace a file that landscape did not write.
     progress
         Whether to show a progress bar; by default if standard error is a terminal.
 
@@ -573,9 +812,10 @@ def synthesize(
     folder = None if out is not None else Folder()
     target = Path(out) if folder is None else folder / "grasps.parquet"  # type: ignore[arg-type]
     words = flags(
-        chains=n, steps=steps, contacts=contacts, seed=seed or None,
+        chains=whole_or_none("n", n), steps=whole_or_none("steps", steps), contacts=whole_or_none("contacts", contacts),
+        seed=whole("seed", seed) or None, force=force,
         preset=None if preset == "closed" or config is not None else preset, config=config,
-        keep=None if keep == "strict" else keep, spread=spread,
+        keep=None if keep == "strict" else keep, spread=whole_or_none("spread", spread),
     )
     synthesized(hand, object, target, progress, words)
     return Grasps(_native.Grasps.read(target, None, None), target, folder)
@@ -588,9 +828,13 @@ def import_grasps(
     *,
     mapping: StrPath | None = None,
     out: StrPath | None = None,
+    force: bool = False,
     progress: bool | None = None,
 ) -> Grasps:
-    """Grasps of another program (DexGraspNet, DexGraspBench, tables): the same bytes as ``landscape import``.
+    """Grasps of another program: the same bytes as ``landscape import``.
+
+    Formats: DexGraspNet (R. Wang et al., ICRA 2023), DexGraspBench and BODex (J. Chen et al., ICRA 2025), Dexonomy (J. Chen et
+    al., RSS 2025), arrays of ``qpos``, and tables; ``docs/import_export.md`` describes them.
 
     Parameters
     ----------
@@ -602,12 +846,22 @@ def import_grasps(
         A TOML file that tells what its columns or arrays mean.
     out
         The file to write; by default none is kept.
+    force
+        Whether to replace a file that landscape did not write.
+    progress
+        Whether to show a progress bar; by default if standard error is a terminal.
+
+    Raises
+    ------
+    InputError
+        If the file is of no known format, does not fit the hand, or holds no grasps.
+    FileNotFoundError
+        If there is no such file.
     """
+    instance("hand", hand, Hand)
+    instance("object", object, Object)
     folder = None if out is not None else Folder()
     target = Path(out) if folder is None else folder / "grasps.parquet"  # type: ignore[arg-type]
-    whose = hand._flags() or ["--hand", "human"]
-    command(
-        "import", existing(path), *whose, *object._flags(), *flags(mapping=mapping), "--quiet", "--output", target,
-        progress=progress,
-    )
+    words = [*hand._flags(named=True), *object._flags(), *flags(mapping=mapping, force=force)]
+    command("import", existing(path), *words, "--quiet", "--output", target, progress=progress)
     return Grasps(_native.Grasps.read(target, None, None), target, folder)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._call import Folder, StrPath, command, flags
+from ._checks import instance, magnitude_or_none, numbers
 from ._errors import InputError
 
 
@@ -37,9 +38,9 @@ class Hand:
         self._mirror = mirror
         self._native = _native.Hand(self._given, self._folder, mirror)
 
-    def _flags(self) -> list[str]:
-        """The flags that name this hand; none for the default one."""
-        given = None if self._given == "human" else self._given
+    def _flags(self, *, named: bool = False) -> list[str]:
+        """The flags that tell this hand. The default hand has no name there, unless it must be ``named``."""
+        given = self._given if named or self._given != "human" else None
         return flags(hand=given, hand_folder=self._folder, mirror=self._mirror)
 
     @property
@@ -80,7 +81,15 @@ class Hand:
     def link_frames(self, pose: ArrayLike) -> NDArray[np.float64]:
         """Frames of all links in a pose, shape (links, 4, 4): matrices from link to object, metres.
 
-        ``pose`` is a row of :attr:`Grasps.poses`: position (m), quaternion w, x, y, z, joints (rad), shape (7 + joints,).
+        Parameters
+        ----------
+        pose
+            A row of :attr:`Grasps.poses`: position (m), unit quaternion w, x, y, z, joints (rad), shape (7 + joints,).
+
+        Raises
+        ------
+        InputError
+            If the shape is wrong, a number is not finite, or the length of the quaternion differs from 1 by more than 1e-3.
         """
         return self._native.link_frames(pose)
 
@@ -88,6 +97,16 @@ class Hand:
         """Points on the surface of the hand in a pose, shape (points, 3), metres, in the frame of the object.
 
         Contacts of grasps are indices of these points.
+
+        Parameters
+        ----------
+        pose
+            As in :meth:`link_frames`.
+
+        Raises
+        ------
+        InputError
+            As in :meth:`link_frames`.
         """
         return self._native.surface_points(pose)
 
@@ -123,10 +142,13 @@ class Object:
         self._given = os.fspath(name_or_file)
         self._scale, self._name = scale, name
         self._keeps: Folder | None = None
-        self._native = _native.Object(self._given, 1.0 if scale is None else float(scale), name)
+        factor = magnitude_or_none("scale", scale)
+        self._native = _native.Object(self._given, 1.0 if factor is None else factor, name)
 
     @classmethod
-    def from_mesh(cls, vertices: ArrayLike, triangles: ArrayLike, *, name: str = "object", scale: float | None = None) -> Object:
+    def from_mesh(
+        cls, vertices: ArrayLike, triangles: ArrayLike, *, name: str = "object", scale: float | None = None
+    ) -> Object:
         """An object from a mesh in memory.
 
         Parameters
@@ -137,8 +159,19 @@ class Object:
             Indices of vertices, shape (m, 3), from 0.
         name
             Its name in files and pictures.
+        scale
+            Metres per unit of the vertices; 1 by default.
+
+        Raises
+        ------
+        InputError
+            If a shape or a number is wrong, or the mesh cannot be closed.
         """
-        points, corners = np.asarray(vertices, dtype=np.float64), np.asarray(triangles)
+        points = numbers("vertices", vertices)
+        try:
+            corners = np.asarray(triangles)
+        except ValueError:
+            raise InputError("triangles: an array of whole numbers is needed, with rows of equal length") from None
         if points.ndim != 2 or points.shape[1] != 3:
             raise InputError(f"vertices have the shape {points.shape}, but (n, 3) is needed")
         if corners.ndim != 2 or corners.shape[1] != 3 or not np.issubdtype(corners.dtype, np.integer):
@@ -156,7 +189,20 @@ class Object:
 
     @classmethod
     def from_trimesh(cls, mesh: object, *, name: str = "object", scale: float | None = None) -> Object:
-        """An object from a ``trimesh.Trimesh``, in metres unless ``scale`` is given."""
+        """An object from a ``trimesh.Trimesh``.
+
+        Parameters
+        ----------
+        mesh
+            The mesh, in metres unless ``scale`` is given.
+        name, scale
+            As in :meth:`from_mesh`.
+
+        Raises
+        ------
+        InputError
+            As in :meth:`from_mesh`.
+        """
         return cls.from_mesh(mesh.vertices, mesh.faces, name=name, scale=scale)  # type: ignore[attr-defined]
 
     def _flags(self) -> list[str]:
@@ -199,7 +245,18 @@ class Object:
         return self._native.triangles
 
     def distance(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Exact signed distances of ``points``, shape (n, 3), from the surface, shape (n,): metres, negative inside."""
+        """Exact signed distances from the surface, shape (n,): metres, negative inside.
+
+        Parameters
+        ----------
+        points
+            Points in the frame of the object, shape (n, 3), metres.
+
+        Raises
+        ------
+        InputError
+            If the shape is wrong or a number is not finite.
+        """
         return self._native.distance(points)
 
     def __repr__(self) -> str:
@@ -214,4 +271,6 @@ def synthesized(
     words: list[str],
 ) -> None:
     """Runs ``landscape synth``."""
+    instance("hand", hand, Hand)
+    instance("object", object, Object)
     command("synth", *hand._flags(), *object._flags(), *words, "--quiet", "--output", out, progress=progress)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from . import _native
 from ._call import Folder, StrPath, command, existing, flags
+from ._checks import instance, numbers, whole, whole_or_none
 from ._errors import InputError
 from ._table import Table
 
@@ -38,7 +39,7 @@ class MinimaxPath:
     length: Floats
     """Length of the path up to each point, shape (points,): metres for grasps."""
     terms: dict[str, Floats]
-    """Energy by term, shape (points,) each; empty for an energy without terms."""
+    """Energy by term, shape (points,) each; empty for an energy without terms, and from a minimum to itself."""
 
     @property
     def poses(self) -> Floats:
@@ -72,10 +73,13 @@ class Coverage(NamedTuple):
 
 
 class Tree:
-    """The disconnectivity graph of a landscape. Nodes 0 to n − 1 are the minima; a merge has a larger number than its branches."""
+    """The disconnectivity graph of a landscape (O. M. Becker and M. Karplus, J. Chem. Phys. 106, 1495 (1997)).
 
-    def __init__(self, native: _native.Folder, folder: Path) -> None:
-        self._native, self._folder = native, folder
+    Nodes 0 to n − 1 are the minima; a merge has a larger number than its branches.
+    """
+
+    def __init__(self, native: _native.Folder, folder: Path, keeps: Folder | None) -> None:
+        self._native, self._folder, self._keeps = native, folder, keeps
 
     @cached_property
     def nodes(self) -> Table:
@@ -85,8 +89,19 @@ class Tree:
 
     def merge_height(self, a: int, b: int) -> float:
         """The lowest height at which two minima are connected: the energy of the lowest pass between them; +inf if they are
-        not."""
-        height = self._native.minimax(a, b)
+        not.
+
+        Parameters
+        ----------
+        a, b
+            Numbers of minima, from 0.
+
+        Raises
+        ------
+        InputError
+            If there is no such minimum.
+        """
+        height = self._native.minimax(whole("a", a), whole("b", b))
         return float("inf") if height is None else height
 
     minimax = merge_height
@@ -110,7 +125,7 @@ class Tree:
 
 
 class Difference:
-    """What differs between two landscapes."""
+    """What differs between two landscapes: what :meth:`Landscape.diff` returns."""
 
     def __init__(self, told: dict[str, Any]) -> None:
         self.told = told
@@ -149,12 +164,24 @@ class Difference:
 class Landscape:
     """A landscape folder of ``landscape build``, ``surface`` or ``import``, or of :func:`build`, :func:`explore`, :func:`map`.
 
-    Minima are numbered from 0 by energy.
+    Minima are numbered from 0 by energy. Tables are copies of what is in the folder, made at the first use.
+
+    Parameters
+    ----------
+    folder
+        The folder.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no landscape, or a table differs from its checksum.
+    FileNotFoundError
+        If there is no such folder.
     """
 
-    def __init__(self, folder: StrPath, *, _keeps: object = None) -> None:
+    def __init__(self, folder: StrPath, *, _keeps: Folder | None = None) -> None:
         self.folder: Path = existing(folder)
-        """The folder."""
+        """The folder. A temporary one vanishes with the landscape and its tree; :meth:`save` keeps a copy."""
         self._keeps = _keeps
         self._native = _native.Folder(self.folder)
 
@@ -172,13 +199,14 @@ class Landscape:
     @cached_property
     def minima(self) -> Table:
         """``energy``, ``coordinates`` (n, d), ``group``, ``members`` (ids of the inputs that descend to it), ``label`` and
-        ``choice`` (contact set) of each minimum, lowest first."""
+        ``choice`` (contact set) of each minimum, lowest first. Coordinates of grasps are poses as in :attr:`Grasps.poses`."""
         return Table(self._native.minima())
 
     @cached_property
     def edges(self) -> Table:
-        """The pairs that were tried: ``a``, ``b``, ``height`` (NaN: no path), ``relative_barrier``, ``length``, ``evidence``,
-        ``term`` (that rises most), ``way`` (sliding, rolling, regrasping, letting go), ``chain_runs``, ``evaluations``."""
+        """The pairs that were tried: ``a``, ``b``, ``height`` (NaN: no path), ``relative_barrier``, ``length`` (of the path,
+        metres for grasps), ``evidence``, ``term`` (that rises most), ``way`` (sliding, rolling, regrasping, letting go),
+        ``chain_runs``, ``evaluations``."""
         return Table(self._native.edges())
 
     @cached_property
@@ -195,7 +223,7 @@ class Landscape:
     @cached_property
     def tree(self) -> Tree:
         """The disconnectivity graph."""
-        return Tree(self._native, self.folder)
+        return Tree(self._native, self.folder, self._keeps)
 
     @property
     def grasps(self) -> Grasps | None:
@@ -228,13 +256,14 @@ class Landscape:
 
     @property
     def unseen_groups(self) -> dict[str, Any] | None:
-        """Estimate of groups that the inputs did not show (rarefaction, Chao1), as in ``landscape.json``."""
+        """Estimate of groups that the inputs did not show, as in ``landscape.json``: rarefaction and Chao1 (A. Chao, Scand. J.
+        Stat. 11, 265 (1984))."""
         told = self.manifest["findings"].get("rarefaction") or {}
         found: dict[str, Any] | None = told.get("groups")
         return found
 
     def path(self, a: int, b: int, *, terms: bool = True) -> MinimaxPath | None:
-        """The minimax path between two minima; ``None`` if none joins them.
+        """The minimax path between two minima; ``None`` if none joins them. From a minimum to itself it is one point.
 
         Parameters
         ----------
@@ -242,18 +271,45 @@ class Landscape:
             Numbers of minima, from 0.
         terms
             Whether to compute the energy by term along the path of grasps.
-        """
-        found = self._native.path(a, b, terms)
-        return None if found is None else MinimaxPath(**found)
 
-    def draw_path(self, a: int, b: int, out: StrPath, *, pictures: int | None = None) -> list[Path]:
-        """Draws the minimax path between two minima of grasps: ``out`` with the endings ``.png`` and ``.svg`` (pictures of the
-        hand over the energy by term) and ``.glb`` (an animation). Returns the three paths.
-
-        ``pictures``: the number of pictures along the path; 8 by default.
+        Raises
+        ------
+        InputError
+            If there is no such minimum, or the landscape does not record its space.
         """
-        given = flags(pictures=pictures)
-        command("inspect", self.folder, "--path", f"m{a}", f"m{b}", *given, "--quiet", "--output", out, progress=False)
+        found = self._native.path(whole("a", a), whole("b", b), terms)
+        if found is None:
+            return None
+        if a == b:
+            here = {name: self.minima[name][a : a + 1] for name in ("coordinates", "energy")}
+            found.update(here, length=np.zeros(1), terms={})
+        return MinimaxPath(**found)
+
+    def draw_path(
+        self, a: int, b: int, out: StrPath, *, pictures: int | None = None, force: bool = False
+    ) -> list[Path]:
+        """Draws the minimax path between two minima of grasps, and returns the paths of three files: ``.png`` and ``.svg``
+        (pictures of the hand over the energy by term) and ``.glb`` (an animation).
+
+        Parameters
+        ----------
+        a, b
+            Numbers of two minima, from 0.
+        out
+            The files to write, without their endings.
+        pictures
+            Number of pictures along the path; 8 by default.
+        force
+            Whether to replace files that landscape did not write.
+
+        Raises
+        ------
+        InputError
+            If the landscape is not one of grasps, no path joins the minima, or landscape did not write a file.
+        """
+        ends = [f"m{whole(name, end)}" for name, end in (("a", a), ("b", b))]
+        given = flags(pictures=pictures, force=force)
+        command("inspect", self.folder, "--path", *ends, *given, "--quiet", "--output", out, progress=False)
         stem = Path(out)
         return [stem.with_name(stem.name + ending) for ending in (".png", ".svg", ".glb")]
 
@@ -262,29 +318,62 @@ class Landscape:
         return self.tree.newick()
 
     def diff(self, other: Landscape | StrPath, *, within: float | None = None) -> Difference:
-        """What differs in ``other``, a landscape of the same hand or the same space.
+        """What differs in another landscape.
 
-        ``within``: greatest distance of corresponding minima; by default the tolerance with which the landscapes were made.
+        Parameters
+        ----------
+        other
+            A landscape of the same hand, or of the same space.
+        within
+            Greatest distance of corresponding minima (metres for grasps); by default the tolerance with which the landscapes
+            were made.
+
+        Raises
+        ------
+        InputError
+            If the landscapes cannot be compared.
         """
         told = command("diff", self.folder, _folder(other), "--json", *flags(within=within), progress=False)
         return Difference(json.loads(told))
 
     def compare(
         self, other: Landscape | StrPath | None = None, *, out: StrPath | None = None, group_barrier: float | None = None,
-        seed: int = 0, progress: bool | None = None,
+        seed: int = 0, force: bool = False, progress: bool | None = None,
     ) -> str:
-        """Tests how the landscape agrees with the taxonomy of grasps (and which types ``other`` holds); returns the text.
+        """Tests how the landscape agrees with the GRASP taxonomy (T. Feix et al., IEEE Trans. Hum.-Mach. Syst. 46, 66 (2016)),
+        or which of its types two landscapes hold. Returns the text.
 
-        ``out``: the stem of the files to write; by default none are kept.
+        Tests are by permutation: Mantel (N. Mantel, Cancer Res. 27, 209 (1967)), PERMANOVA (M. J. Anderson, Austral Ecol. 26,
+        32 (2001)) and others, which the text names.
+
+        Parameters
+        ----------
+        other
+            Another landscape, of any hand and object.
+        out
+            The files to write, without their endings ``.md``, ``.json``, ``.svg`` and ``.png``; by default none are kept.
+        group_barrier
+            As in :func:`build`, in units of the energy; by default that of the landscape.
+        seed
+            Seed of permutations and resamplings.
+        force
+            Whether to replace files that landscape did not write.
+        progress
+            Whether to show progress bars; by default if standard error is a terminal.
+
+        Raises
+        ------
+        InputError
+            If a landscape is not one of grasps, or landscape did not write a file.
         """
         folder = Folder()
         stem = folder / "comparison" if out is None else Path(out)
         words = [] if other is None else [_folder(other)]
-        # The text is that of a run that is not quiet.
-        return command(
-            "compare", self.folder, *words, *flags(group_barrier=group_barrier, seed=seed or None), "--output", stem,
-            progress=progress,
-        )
+        given = flags(group_barrier=group_barrier, seed=whole("seed", seed) or None, force=force)
+        command("compare", self.folder, *words, *given, "--quiet", "--output", stem, progress=progress)
+        written = stem.with_name(stem.name + ".md").read_text(encoding="utf-8")
+        # The last line of the file is a comment that tells its maker.
+        return written.rpartition("\n<!-- ")[0]
 
     def draw(
         self, out: StrPath, *, lowest: int | None = None, deepest: int | None = None,
@@ -292,16 +381,19 @@ class Landscape:
         pick: Sequence[str] | None = None, levels: int | None = None, place_by: str | None = None,
         colour_by: str | None = None, values: StrPath | None = None, examples: int | None = None,
         colour: Literal["category", "power", "spheres"] | None = None, stability: StrPath | None = None,
-        group_barrier: float | None = None, seed: int | None = None,
+        group_barrier: float | None = None, seed: int | None = None, force: bool = False,
     ) -> Path:
         """Draws the landscape and returns the path.
 
         Parameters
         ----------
         out
-            A folder for all pictures and texts, or a file ending in ``.svg`` or ``.png`` for the disconnectivity graph alone.
+            A folder for all pictures and texts (a name without an ending, or with ``.view``), or a file ending in ``.svg`` or
+            ``.png`` for the disconnectivity graph alone.
         lowest, deepest, min_members, pick, monotonic
-            Which minima are drawn.
+            Which minima are drawn: the lowest ones, those of the deepest branches, those with as many members, those named
+            (such as ``"m3"``), and those that no lower neighbour drains (monotonic sequences: R. S. Berry and R.
+            Breitengraser-Kunz, Phys. Rev. Lett. 74, 3951 (1995)).
         levels
             Number of levels at which branches join, as in published disconnectivity graphs.
         place_by, colour_by, values
@@ -310,15 +402,33 @@ class Landscape:
             Colours of grasps: differences between their types, or a file of :meth:`Grasps.stability` with what held.
         examples
             Number of rendered grasps below the graph.
+        group_barrier
+            As in :func:`build`, in units of the energy; by default that of the landscape.
+        seed
+            Seed of the layout; by default that of the landscape.
+        force
+            Whether to replace a file that landscape did not write, or to write beside the files of others in a folder.
+
+        Raises
+        ------
+        InputError
+            If an argument or the ending of ``out`` is wrong, landscape did not write what is there, or there is no tree to
+            draw.
         """
         target = Path(out)
-        picture = target.suffix if target.suffix in (".svg", ".png") else None
+        ending = target.suffix.lower()
+        picture = ending if ending in (".svg", ".png") else None
+        if picture is None and ending not in ("", ".view") and not target.is_dir():
+            raise InputError(f"out {target}: pictures end in .svg or .png, and folders in .view or nothing")
+        if picture is not None:
+            _native.check_output(target, force)
         keeps = Folder()
         folder = target if picture is None else keeps / "view"
         given = flags(
-            lowest=lowest, deepest=deepest, min_members=min_members, monotonic=monotonic, pick=None if pick is None else list(pick),
-            levels=levels, place_by=place_by, colour_by=colour_by, values=values, examples=examples,
-            colour=colour, stability=stability, group_barrier=group_barrier, seed=seed,
+            lowest=lowest, deepest=deepest, min_members=min_members, monotonic=monotonic,
+            pick=None if pick is None else list(pick), levels=levels, place_by=place_by, colour_by=colour_by, values=values,
+            examples=examples, colour=colour, stability=stability, group_barrier=group_barrier,
+            seed=whole_or_none("seed", seed), force=force,
         )
         command("draw", self.folder, *given, "--quiet", "--output", folder, progress=False)
         if picture is not None:
@@ -330,58 +440,137 @@ class Landscape:
 
     def report(
         self, out: StrPath | None = None, *, other: Landscape | StrPath | None = None, stability: StrPath | None = None,
-        progress: bool | None = None,
+        force: bool = False, progress: bool | None = None,
     ) -> Path:
-        """Writes the page on which the landscape is explored in a browser (with ``other``: both face to face) and returns its
-        path, by default beside the folder with the ending ``.report.html``."""
+        """Writes the page on which the landscape is explored in a browser, and returns its path.
+
+        Parameters
+        ----------
+        out
+            The file to write (HTML); by default beside the folder, with the ending ``.report.html``. Beside a temporary folder
+            it is kept until the interpreter ends.
+        other
+            Another landscape, which is shown face to face.
+        stability
+            A file of :meth:`Grasps.stability` with what held.
+        force
+            Whether to replace a file that landscape did not write.
+        progress
+            Whether to show progress bars; by default if standard error is a terminal.
+
+        Raises
+        ------
+        InputError
+            If the landscapes cannot be shown together, or landscape did not write the file.
+        """
         target = self.folder.with_suffix(".report.html") if out is None else Path(out)
         words = [] if other is None else [_folder(other)]
-        command(
-            "report", self.folder, *words, *flags(stability=stability), "--quiet", "--output", target, progress=progress
-        )
+        given = flags(stability=stability, force=force)
+        command("report", self.folder, *words, *given, "--quiet", "--output", target, progress=progress)
+        if out is None and self._keeps is not None:
+            self._keeps.keep()
         return target
 
     def show(self, *, height_px: int = 720) -> Page:
-        """The page of :meth:`report` as a widget of a notebook; needs ``anywidget``. What is chosen on it is ``selected``."""
+        """The page of :meth:`report` as a widget of a notebook; needs ``anywidget``. What is chosen on it is ``selected``.
+
+        Parameters
+        ----------
+        height_px
+            Height on the screen, pixels.
+        """
         from .widget import Page
 
         return Page.of(self.report, height_px)
 
     def thermodynamics(
         self, out: StrPath | None = None, *, temperatures: str | None = None, free_energy_at: float | None = None,
+        force: bool = False,
     ) -> dict[str, Any]:
         """Heat capacity, occupation of minima and free energies against temperature, as ``landscape thermodynamics --json``.
 
-        ``temperatures``: ``"LOW:HIGHxN"``, in units of the energy. ``out``: the folder to write; by default none is kept.
+        Minima are harmonic wells (F. H. Stillinger and T. A. Weber, Phys. Rev. A 25, 978 (1982); D. J. Wales, *Energy
+        Landscapes* (2003)). Temperatures are kT, in units of the energy; all atoms have mass 1.
+
+        Parameters
+        ----------
+        out
+            The folder to write; by default none is kept.
+        temperatures
+            ``"LOW:HIGHxN"``: N temperatures from LOW to HIGH; by default where the occupation of the minima changes.
+        free_energy_at
+            Temperature of the free energies in the disconnectivity graph; by default that of the highest peak of the heat
+            capacity.
+        force
+            Whether to write beside the files of others in the folder.
+
+        Raises
+        ------
+        InputError
+            If a temperature is wrong, or the landscape has no curvatures.
         """
         folder = Folder()
         target = folder / "thermodynamics" if out is None else Path(out)
-        given = flags(temperatures=temperatures, free_energy_at=free_energy_at)
-        told = command("thermodynamics", self.folder, "--json", *given, "--output", target, progress=False)
+        given = flags(temperatures=temperatures, free_energy_at=free_energy_at, force=force)
+        told = command("thermodynamics", self.folder, "--json", *given, "--quiet", "--output", target, progress=False)
         made: dict[str, Any] = json.loads(told)
         return made
 
     def rates(
-        self, from_: Sequence[str | int], to: Sequence[str | int], temperature: float | Sequence[float], *,
-        friction: float | None = None, pathways: int = 5, out: StrPath | None = None,
+        self, from_: str | int | Sequence[str | int], to: str | int | Sequence[str | int], temperature: float | Sequence[float],
+        *, friction: float | None = None, pathways: int = 5, out: StrPath | None = None, force: bool = False,
     ) -> dict[str, Any]:
-        """Rates and fastest pathways between two sets of minima (numbers, or names such as ``"m3"``), as
-        ``landscape rates --json``. ``temperature``: in units of the energy."""
+        """Rates and fastest pathways between two sets of minima, as ``landscape rates --json``: harmonic transition-state
+        theory, and graph transformation (S. A. Trygubenko and D. J. Wales, J. Chem. Phys. 124, 234110 (2006)).
+
+        Times are in units of √(mass · length² / energy), with mass 1 everywhere; rates are told as natural logarithms.
+
+        Parameters
+        ----------
+        from_, to
+            Minima where ways start and where they arrive: numbers, or names of minima and groups such as ``"m3"`` and
+            ``"g1"``.
+        temperature
+            One or several temperatures kT, in units of the energy.
+        friction
+            Friction γ in units of 1/time, for the rates of H. A. Kramers, Physica 7, 284 (1940); without it, those of
+            transition-state theory.
+        pathways
+            Number of pathways to tell, fastest first.
+        out
+            The files to write, without their endings ``.md``, ``.json``, ``.svg`` and ``.png``; by default none are kept.
+        force
+            Whether to replace files that landscape did not write.
+
+        Raises
+        ------
+        InputError
+            If there is no such minimum, a number is wrong, or the landscape has no curvatures.
+        """
         folder = Folder()
         target = folder / "rates" if out is None else Path(out)
-        named = [[name if isinstance(name, str) else f"m{name}" for name in names] for names in (from_, to)]
-        degrees = [temperature] if isinstance(temperature, (int, float)) else list(temperature)
-        told = command(
-            "rates", self.folder, "--json",
-            *flags(from_=named[0], to=named[1], temperature=degrees, friction=friction, pathways=pathways),
-            "--output", target, progress=False,
+        given = flags(
+            from_=_names("from_", from_), to=_names("to", to), temperature=numbers("temperature", temperature).ravel().tolist(),
+            friction=friction, pathways=whole("pathways", pathways), force=force,
         )
+        told = command("rates", self.folder, "--json", *given, "--quiet", "--output", target, progress=False)
         made: dict[str, Any] = json.loads(told)
         return made
 
     def write_pathsample(self, out: StrPath) -> Path:
-        """Writes ``min.data``, ``ts.data`` and, of searched surfaces, ``points.min`` and ``points.ts`` into the folder ``out``
-        (PATHSAMPLE of D. J. Wales; coordinates as 64-bit numbers)."""
+        """Writes the files of PATHSAMPLE (D. J. Wales), and returns the folder: ``min.data``, ``ts.data`` and, of searched
+        surfaces, ``points.min`` and ``points.ts`` (coordinates as 64-bit numbers).
+
+        Parameters
+        ----------
+        out
+            The folder, which is made if there is none. Files with these names are replaced.
+
+        Raises
+        ------
+        OSError
+            If a file cannot be written.
+        """
         target = Path(out)
         target.mkdir(parents=True, exist_ok=True)
         for name in ("min.data", "ts.data", "points.min", "points.ts"):
@@ -390,7 +579,18 @@ class Landscape:
         return target
 
     def save(self, out: StrPath) -> Landscape:
-        """Copies the folder to ``out``, which must not exist, and returns the landscape there."""
+        """Copies the folder, and returns the landscape there.
+
+        Parameters
+        ----------
+        out
+            The new folder, which must not exist.
+
+        Raises
+        ------
+        FileExistsError
+            If it exists.
+        """
         shutil.copytree(self.folder, out)
         return Landscape(out)
 
@@ -403,8 +603,27 @@ def _folder(landscape: Landscape | StrPath) -> Path:
     return landscape.folder if isinstance(landscape, Landscape) else existing(landscape)
 
 
+def _names(name: str, given: str | int | Sequence[str | int]) -> list[str]:
+    """Minima as the tree names them."""
+    several = [given] if isinstance(given, (str, int, np.integer)) else list(given)
+    return [each if isinstance(each, str) else f"m{whole(name, each)}" for each in several]
+
+
 def load(folder: StrPath) -> Landscape:
-    """The landscape in ``folder``. Its tables are checked against their checksums."""
+    """The landscape in a folder. Its tables are checked against their checksums.
+
+    Parameters
+    ----------
+    folder
+        A folder of ``landscape build``, ``surface`` or ``import``, or of :func:`build`, :func:`explore` or :func:`map`.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no landscape, or a table differs from its checksum.
+    FileNotFoundError
+        If there is no such folder.
+    """
     return Landscape(folder)
 
 
@@ -428,6 +647,10 @@ def build(
 ) -> Landscape:
     """The landscape between grasps of one hand on one object: the same bytes as ``landscape build``.
 
+    Minima are joined by attraction–diffusion (M. Hill, E. Nijkamp and S.-C. Zhu, Quarterly of Applied Mathematics 77, 269
+    (2019), arXiv:1803.01043), and paths relax as strings (W. E, W. Ren and E. Vanden-Eijnden, J. Chem. Phys. 126, 164103
+    (2007)). If all grasps lie in one minimum, it is a landscape of one minimum.
+
     Parameters
     ----------
     grasps
@@ -435,8 +658,22 @@ def build(
     out
         The folder to write. An interrupted call with the same ``out`` goes on where it stopped. By default a temporary folder,
         which vanishes with the landscape (:meth:`Landscape.save` keeps it).
-    neighbours, temperature, pull, diagram, paths, sequential, group_barrier, only_stable, first
-        As the flags of ``landscape build``.
+    neighbours
+        Number of nearest minima to which each minimum is connected.
+    temperature, pull
+        Temperature and force of attraction–diffusion: units of the energy, and energy per metre. By default they are chosen.
+    diagram
+        Whether to measure at which temperatures and forces chains arrive.
+    paths
+        ``"string"`` or ``"band"`` (a nudged elastic band whose highest image climbs).
+    sequential
+        Whether to map as published, one minimum after the other.
+    group_barrier
+        Greatest relative barrier within a group, in units of the energy; by default it is chosen.
+    only_stable
+        Whether to map only the grasps that held in simulation.
+    first
+        Number of grasps to map, from the first; by default all.
     seed
         Seed of all random draws. The result depends on nothing else.
     onto
@@ -449,10 +686,13 @@ def build(
     Raises
     ------
     InputError
-        If an argument is wrong, or all grasps lie in one minimum.
+        If an argument is wrong, there are fewer than two grasps, or they are not of one hand on one object at one scale.
     KeyboardInterrupt
         On Ctrl-C, within a second. Finished work is kept in ``out``.
     """
+    from ._grasps import Grasps
+
+    instance("grasps", grasps, Grasps)
     if len(grasps.populations) > 1:
         raise InputError("the grasps are of several hands, objects or scales: take those of one pair first")
     keeps = None if out is not None else Folder()
@@ -460,7 +700,7 @@ def build(
     given = flags(
         neighbours=neighbours, temperature=temperature, pull=pull, diagram=diagram,
         paths=None if paths == "string" else paths, sequential=sequential, group_barrier=group_barrier,
-        only_stable=only_stable, first=first, seed=seed or None, onto=None if onto is None else _folder(onto),
+        only_stable=only_stable, first=first, seed=whole("seed", seed) or None, onto=None if onto is None else _folder(onto),
         no_report=not report,
     )
     command("build", grasps._file(), *given, "--quiet", "--output", target, progress=progress)
@@ -468,22 +708,63 @@ def build(
 
 
 def import_landscape(folder: StrPath, out: StrPath | None = None, *, group_barrier: float | None = None) -> Landscape:
-    """A landscape from ``min.data`` and ``ts.data`` of PATHSAMPLE or topsearch in ``folder``."""
+    """A landscape from ``min.data`` and ``ts.data`` of PATHSAMPLE (D. J. Wales) or topsearch.
+
+    Parameters
+    ----------
+    folder
+        The folder with these files, and with ``points.min`` and ``points.ts`` if there are any.
+    out
+        The folder to write; by default a temporary one, which vanishes with the landscape.
+    group_barrier
+        As in :func:`build`, in units of the energy.
+
+    Raises
+    ------
+    InputError
+        If the folder has no such files, or a line of them is wrong.
+    FileNotFoundError
+        If there is no such folder.
+    """
+    source = existing(folder)
+    if not (source / "min.data").is_file():
+        raise InputError(f"{source}: a folder with min.data and ts.data is needed")
     keeps = None if out is not None else Folder()
     target = Path(out) if keeps is None else keeps / "imported.landscape"  # type: ignore[arg-type]
     given = flags(group_barrier=group_barrier, no_report=True)
-    command("import", existing(folder), *given, "--quiet", "--output", target, progress=False)
+    command("import", source, *given, "--quiet", "--output", target, progress=False)
     return Landscape(target, _keeps=keeps)
 
 
 def diversity(
     *sets: Grasps | Landscape | StrPath, group_barrier: float | None = None, resamplings: int | None = None, seed: int = 0,
-    out: StrPath | None = None, progress: bool | None = None,
+    out: StrPath | None = None, force: bool = False, progress: bool | None = None,
 ) -> dict[str, Any]:
-    """Which of several sets of grasps is more diverse, as ``landscape diversity --json``: effective numbers of kinds.
+    """Which of several sets of grasps is more diverse, as ``landscape diversity --json``: effective numbers of kinds
+    (M. O. Hill, Ecology 54, 427 (1973)), rarefied to equal numbers of grasps (A. Chao and L. Jost, Ecology 93, 2533 (2012)).
 
-    Sets have the names of their files and folders; grasps that are in memory only are called ``set_1.parquet``,
-    ``set_2.parquet``, … by their place among the arguments.
+    Parameters
+    ----------
+    sets
+        Grasps, landscapes, and their files and folders, whose names they have in the result. Grasps that are in memory only
+        are called ``set_1.parquet``, ``set_2.parquet``, … by their place among the arguments. Each needs 30 grasps.
+    group_barrier
+        As in :func:`build`, in units of the energy: the level at which groups of landscapes are compared.
+    resamplings
+        Number of resamplings for each interval.
+    seed
+        Seed of the resamplings.
+    out
+        The files to write, without their endings ``.md``, ``.json``, ``.svg`` and ``.png``; by default none are kept.
+    force
+        Whether to replace files that landscape did not write.
+    progress
+        Whether to show progress bars; by default if standard error is a terminal.
+
+    Raises
+    ------
+    InputError
+        If a set has fewer than 30 grasps, or a number is wrong.
     """
     from ._grasps import Grasps
 
@@ -493,7 +774,7 @@ def diversity(
         each._file(folder / f"set_{place}.parquet") if isinstance(each, Grasps) else _folder(each)
         for place, each in enumerate(sets, 1)
     ]
-    given = flags(group_barrier=group_barrier, resamplings=resamplings, seed=seed or None)
-    told = command("diversity", *paths, "--json", *given, "--output", stem, progress=progress)
+    given = flags(group_barrier=group_barrier, resamplings=resamplings, seed=whole("seed", seed) or None, force=force)
+    told = command("diversity", *paths, "--json", *given, "--quiet", "--output", stem, progress=progress)
     made: dict[str, Any] = json.loads(told)
     return made

@@ -11,7 +11,8 @@ _Floats = NDArray[np.float64]
 _Path = str | os.PathLike[str]
 
 __all__ = [
-    "HAND_NAMES", "OBJECT_NAMES", "Energy", "Folder", "Grasps", "Hand", "Object", "Surface", "__version__", "call", "main", "panic",
+    "HAND_NAMES", "OBJECT_NAMES", "Energy", "Folder", "Grasps", "Hand", "Object", "Surface", "__version__", "call",
+    "check_output", "main", "panic",
 ]
 __version__: str
 HAND_NAMES: list[str]
@@ -19,6 +20,7 @@ OBJECT_NAMES: list[str]
 
 def main(arguments: list[str]) -> int: ...
 def call(arguments: list[str], bars: bool) -> str: ...
+def check_output(path: _Path, force: bool) -> None: ...
 def panic(words: str, aside: bool) -> None: ...
 @final
 class Hand:
@@ -111,7 +113,7 @@ class Surface:
     def explore(self, known: ArrayLike, search: dict[str, Any]) -> str: ...
     def map(self, starts: ArrayLike, search: dict[str, Any]) -> str: ...
     def quench(
-        self, starts: ArrayLike, gradient_tolerance: float | None
+        self, starts: ArrayLike, gradient_tolerance: float | None, check_gradient: bool = True
     ) -> tuple[_Floats, _Floats, _Floats, NDArray[np.uint64], NDArray[np.bool_]]: ...
     def evaluate(self, given: ArrayLike) -> tuple[_Floats, _Floats]: ...
 

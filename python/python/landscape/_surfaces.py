@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._call import Folder, StrPath, command, flags, wanted
+from ._checks import magnitude_or_none, points_of, whole, whole_or_none
 from ._errors import InputError
 from ._landscape import Landscape
 
@@ -25,30 +26,40 @@ Floats = NDArray[np.float64]
 EnergyFunction = Callable[[Floats], tuple[Any, Any]]
 
 
+class _Numbered:
+    """A space with a number ``n`` of coordinates or atoms, which is checked."""
+
+    n: int | None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "n", whole_or_none(f"n of {type(self).__name__}", self.n, 1))
+
+
 @dataclass(frozen=True)
-class Euclidean:
-    """Numbers in a flat space. Without ``n``, as many as the box has sides."""
+class Euclidean(_Numbered):
+    """Numbers in a flat space. ``n``: how many; by default as many as the box has sides."""
 
     n: int | None = None
 
 
 @dataclass(frozen=True)
-class Torus:
-    """Angles in radians, which wrap."""
+class Torus(_Numbered):
+    """Angles in radians, which wrap. ``n``: how many."""
 
     n: int
 
 
 @dataclass(frozen=True)
-class Periodic:
-    """Numbers that wrap: each with the length of its side of the box as its period."""
+class Periodic(_Numbered):
+    """Numbers that wrap: each with the length of its side of the box as its period. ``n``: as of :class:`Euclidean`."""
 
     n: int | None = None
 
 
 @dataclass(frozen=True)
-class Box:
-    """Numbers that never leave the box: a minimum may lie on a face, an edge or a corner of it."""
+class Box(_Numbered):
+    """Numbers that never leave the box: a minimum may lie on a face, an edge or a corner of it. ``n``: as of
+    :class:`Euclidean`."""
 
     n: int | None = None
 
@@ -62,21 +73,35 @@ class Rotations:
 
 
 @dataclass(frozen=True)
-class Atoms:
+class Atoms(_Numbered):
     """Positions x, y, z of ``n`` atoms: 3 n coordinates. Moved, turned, mirrored and renumbered copies are one point.
 
-    ``elements``: the element of each atom, such as ``("Ar", "Ar", "Kr")``; only atoms of one element are renumbered. Without it
-    all atoms are equal. Point groups know the elements; masses are 1 everywhere.
+    ``n``: how many atoms. ``elements``: the element of each atom, such as ``("Ar", "Ar", "Kr")``; only atoms of one element are
+    renumbered. Without it all atoms are equal. Point groups know the elements; masses are 1 everywhere.
     """
 
     n: int
     elements: Sequence[str] | None = None
 
 
-Space = Union[Euclidean, Torus, Periodic, Box, Rotations, Atoms]
+@dataclass(frozen=True)
+class FixedFrame:
+    """Positions x, y, z of atoms among others that stay, such as a surface or a crystal: 3 n coordinates.
+
+    ``elements``: the element of each atom, such as ``("Ar", "Ar")``; configurations in which atoms of one element have changed
+    places are one point, moved copies are not. ``periodic``: whether each coordinate wraps, with the length of its side of
+    the box as its period.
+    """
+
+    elements: Sequence[str]
+    periodic: bool = False
+
+
+Space = Union[Euclidean, Torus, Periodic, Box, Rotations, Atoms, FixedFrame]
 
 _KINDS: dict[type, str] = {
     Euclidean: "flat", Torus: "angles", Periodic: "periodic", Box: "box", Rotations: "rotation", Atoms: "atoms",
+    FixedFrame: "flat",
 }
 
 
@@ -98,23 +123,27 @@ class Descents(NamedTuple):
 def _kind(space: Space) -> str:
     """The coordinates of a space as in files."""
     name = _KINDS[type(space)]
-    if not isinstance(space, Atoms) or space.elements is None:
+    if not isinstance(space, (Atoms, FixedFrame)) or space.elements is None:
         return name
     elements = [str(element) for element in space.elements]
-    if len(elements) != space.n:
+    if isinstance(space, Atoms) and len(elements) != space.n:
         raise InputError(f"elements: there are {len(elements)} of them, but {space.n} atoms")
     if not all(element and element == "".join(element.split()) for element in elements):
         raise InputError(f"elements {elements}: names without blanks are needed")
+    if isinstance(space, FixedFrame):
+        return " ".join(["periodic" if space.periodic else name, *elements])
     return " ".join([name, *elements]) if len(set(elements)) > 1 else name
 
 
 def _count(space: Space) -> int | None:
     if isinstance(space, Atoms):
         return 3 * space.n
+    if isinstance(space, FixedFrame):
+        return 3 * len(space.elements)
     return 4 if isinstance(space, Rotations) else space.n
 
 
-def _ends(space: Space, box: Any, points: ArrayLike | None) -> tuple[list[float], list[float]]:
+def _ends(space: Space, box: Any, given: Floats | None) -> tuple[list[float], list[float]]:
     """Low and high ends of the box, one number for each coordinate."""
     count = _count(space)
     if box is None:
@@ -122,8 +151,7 @@ def _ends(space: Space, box: Any, points: ArrayLike | None) -> tuple[list[float]
             box = (-math.pi, math.pi)
         elif isinstance(space, Rotations):
             box = (-1.0, 1.0)
-        elif points is not None and np.size(points) and not isinstance(space, (Periodic, Box)):
-            given = np.atleast_2d(np.asarray(points, dtype=np.float64))
+        elif given is not None and given.size and not isinstance(space, (Periodic, Box)):
             low, high = given.min(axis=0), given.max(axis=0)
             side = np.maximum(high - low, (high - low).max() or 1.0)
             return (low - 0.1 * side).tolist(), (high + 0.1 * side).tolist()
@@ -134,7 +162,7 @@ def _ends(space: Space, box: Any, points: ArrayLike | None) -> tuple[list[float]
     except (TypeError, ValueError):
         raise InputError(f"box {box!r}: two numbers or two arrays are needed, (low, high)") from None
     if count is None:
-        width = 0 if points is None else np.atleast_2d(np.asarray(points)).shape[1]
+        width = 0 if given is None else given.shape[1]
         count = max(low.size, high.size, width)
     for name, end in (("low", low), ("high", high)):
         if end.ndim > 1 or end.size not in (1, count):
@@ -152,19 +180,29 @@ def _threads(wanted: int | None) -> int:
     if wanted is None:
         lock = getattr(sys, "_is_gil_enabled", lambda: True)
         return 1 if lock() else 0
-    if wanted < 1:
-        raise InputError(f"threads {wanted}: at least one is needed")
-    return wanted
+    return whole("threads", wanted, 1, 1024)
+
+
+def _space(space: Any, function: Any) -> Space:
+    """The space that is given, else that of the function, else a flat one."""
+    chosen: Any = space if space is not None else getattr(function, "space", None) or Euclidean()
+    if type(chosen) not in _KINDS:
+        told = f"the class {chosen.__name__}" if isinstance(chosen, type) else repr(chosen)
+        raise InputError(f"space: a space such as landscape.Euclidean() is needed, not {told}")
+    made: Space = chosen
+    return made
 
 
 def _surface(
-    function: EnergyFunction, space: Space | None, box: Any, points: ArrayLike | None, hessian: Any, batch: bool, name: str | None,
+    function: EnergyFunction, space: Space | None, box: Any, given: Floats | None, hessian: Any, batch: bool, name: str | None,
     threads: int | None,
 ) -> tuple[_native.Surface, Space, tuple[list[float], list[float]]]:
     if not callable(function):
         raise InputError(f"a function of a point is needed, not {type(function).__name__}")
-    chosen = space if space is not None else getattr(function, "space", None) or Euclidean()
-    low, high = _ends(chosen, box, points)
+    if hessian is not None and not callable(hessian):
+        raise InputError(f"hessian: a function of a point is needed, not {type(hessian).__name__}")
+    chosen = _space(space, function)
+    low, high = _ends(chosen, box, given)
     made = _native.Surface(function, hessian, batch, name or _name(function), _kind(chosen), low, high, _threads(threads))
     return made, chosen, (low, high)
 
@@ -207,26 +245,31 @@ def explore(
         must depend on the point alone. It is not called from the main thread. Or a model of ``landscape surface`` by name,
         such as ``"lj 7"``.
     space
-        ``Euclidean()`` (the default), ``Torus(n)``, ``Periodic()``, ``Box()``, ``Rotations()`` or ``Atoms(n)``.
+        ``Euclidean()`` (the default), ``Torus(n)``, ``Periodic()``, ``Box()``, ``Rotations()``, ``Atoms(n)`` or ``FixedFrame(elements)``. A model has
+        its own space and box, and takes neither ``known`` nor ``hessian``, ``batch`` and ``name``.
     box
-        Low and high ends of the region of random starts: two numbers, or two arrays of shape (n,).
+        Low and high ends of the region of random starts, in the unit of the coordinates: two numbers, or two arrays of shape
+        (n,).
     seed
         Seed of all random draws.
     out
         The folder to write; by default a temporary one, which vanishes with the landscape.
     hessian
-        A function of a point that returns the second derivatives, shape (n, n).
+        A function of a point that returns the second derivatives, shape (n, n). It is compared with differences, too.
     batch
         Whether ``function`` takes many points, shape (k, n), and returns energies (k,) and gradients (k, n). Hessians are then
-        made of one call.
+        made of one call; all else asks for one point at a time.
     known
         Points from which the search begins besides random ones, shape (k, n).
     search, lowest
-        ``"all"``, ``"lowest"`` (the ``lowest`` minima and the ways between them), or ``"auto"``.
+        ``"all"``, ``"lowest"`` (the ``lowest`` minima and the ways between them; D. J. Wales and J. P. K. Doye, J. Phys. Chem.
+        A 101, 5111 (1997)), or ``"auto"``, which measures how large the landscape is.
     patience, searches, budget_s
         When the search ends: searches without news for every point found, searches in all, seconds. With ``budget_s``
         alone, the number of searches has no limit. A search ends between batches of 32 searches only, so that a slow function
         may take longer than ``budget_s``.
+    group_barrier
+        Greatest relative barrier within a group, in units of the energy; by default it is chosen.
     check_gradient
         Whether to compare the gradient with differences of the energy first.
     name
@@ -234,9 +277,13 @@ def explore(
     threads
         Number of threads that call ``function``: by default one, or one for each core where Python is free-threaded and has
         no global lock. The result is the same. A function that changes what it shares between calls needs one, or a lock.
+    progress
+        Whether to show progress bars; by default if standard error is a terminal.
 
     Raises
     ------
+    InputError
+        If an argument is wrong; the sentence names it.
     GradientError
         If the gradient is not the derivative of the energy; with the numbers.
     EnergyError
@@ -248,23 +295,34 @@ def explore(
     """
     if search not in ("auto", "all", "lowest"):
         raise InputError(f"search {search!r}: the searches are 'auto', 'all' and 'lowest'")
-    if budget_s is not None and not (0 < budget_s < 1e9):
-        raise InputError(f"budget_s {budget_s}: a time in seconds is needed")
+    budget_s = magnitude_or_none("budget_s", budget_s)
+    if budget_s == 0:
+        raise InputError("budget_s 0: a time in seconds is needed")
+    limits: dict[str, Any] = {
+        "seed": whole("seed", seed), "lowest": whole_or_none("lowest", lowest, 2, 10**6),
+        "patience": whole_or_none("patience", patience, 1, 10**9), "searches": whole_or_none("searches", searches, 1, 10**9),
+        "group_barrier": magnitude_or_none("group_barrier", group_barrier),
+    }
     keeps = None if out is not None else Folder()
     target = Path(out) if keeps is None else keeps / "surface.landscape"  # type: ignore[arg-type]
     if isinstance(function, str):
+        for argument, given in [
+            ("space", space), ("box", box), ("known", known), ("hessian", hessian), ("batch", batch or None), ("name", name),
+        ]:
+            if given is not None:
+                raise InputError(f"{argument}: the model {function!r} takes none, only a function does")
+        budget = None if budget_s is None else f"{budget_s}s"
         words = flags(
-            seed=seed or None, search=None if search == "auto" else search, lowest=lowest, patience=patience,
-            searches=searches, budget=None if budget_s is None else f"{budget_s}s", group_barrier=group_barrier, threads=threads, no_report=True,
+            **{**limits, "seed": limits["seed"] or None}, search=None if search == "auto" else search, budget=budget,
+            threads=None if threads is None else _threads(threads), no_report=True,
         )
         command("surface", *shlex.split(function), *words, "--quiet", "--output", target, progress=progress)
         return Landscape(target, _keeps=keeps)
     surface, chosen, (low, _) = _surface(function, space, box, None, hessian, batch, name, threads)
-    told = f"landscape.explore({name or _name(function)}, {chosen!r}, box={box!r}, seed={seed}) in Python"
+    told = f"landscape.explore({name or _name(function)}, {chosen!r}, box={box!r}, seed={limits['seed']}) in Python"
     starts = np.empty((0, len(low))) if known is None else known
     surface.explore(starts, _search(
-        target, told, seed=seed, check_gradient=check_gradient, quiet=not wanted(progress), patience=patience, searches=searches,
-        search=search, lowest=lowest, budget_s=budget_s, group_barrier=group_barrier,
+        target, told, check_gradient=check_gradient, quiet=not wanted(progress), search=search, budget_s=budget_s, **limits,
     ))
     return Landscape(target, _keeps=keeps)
 
@@ -286,27 +344,33 @@ def map(
 ) -> Landscape:
     """The landscape between minima of a function, from points near them: descents, attraction–diffusion and relaxed paths.
 
+    The method is that of :func:`build`.
+
     Parameters
     ----------
-    function, space, seed, out, check_gradient, name, threads
-        As in :func:`explore`.
+    function, space, seed, out, group_barrier, check_gradient, name, threads, progress
+        As in :func:`explore`. The space cannot be ``Box()``.
     minima
         Points from which descents lead to the minima, shape (k, n).
     box
-        The region in which the gradient is checked; by default around the points.
+        The region in which the gradient is checked, as in :func:`explore`; by default around the points.
     neighbours
         Number of nearest minima to which each minimum is connected.
 
     Raises
     ------
+    InputError, GradientError, EnergyError
+        As in :func:`explore`.
     NothingFoundError
         If the descents end at fewer than two minima.
     """
+    seed, neighbours = whole("seed", seed), whole_or_none("neighbours", neighbours, 1)
+    group_barrier, starts = magnitude_or_none("group_barrier", group_barrier), points_of("minima", minima)
     keeps = None if out is not None else Folder()
     target = Path(out) if keeps is None else keeps / "surface.landscape"  # type: ignore[arg-type]
-    surface, chosen, _ = _surface(function, space, box, minima, None, False, name, threads)
-    told = f"landscape.map({name or _name(function)}, {np.shape(minima)} points, {chosen!r}, seed={seed}) in Python"
-    surface.map(minima, _search(
+    surface, chosen, _ = _surface(function, space, box, starts, None, False, name, threads)
+    told = f"landscape.map({name or _name(function)}, {starts.shape} points, {chosen!r}, seed={seed}) in Python"
+    surface.map(starts, _search(
         target, told, seed=seed, check_gradient=check_gradient, quiet=not wanted(progress), neighbours=neighbours,
         group_barrier=group_barrier,
     ))
@@ -315,21 +379,65 @@ def map(
 
 def quench(
     function: EnergyFunction, starts: ArrayLike, space: Space | None = None, *, gradient_tolerance: float | None = None,
-    box: tuple[ArrayLike, ArrayLike] | None = None, threads: int | None = None,
+    box: tuple[ArrayLike, ArrayLike] | None = None, check_gradient: bool = True, threads: int | None = None,
 ) -> Descents:
-    """Descends from each of ``starts``, shape (k, n), to a minimum by L-BFGS. ``gradient_tolerance``: energy per length; by
-    default measured on the surface."""
-    surface, _, _ = _surface(function, space, box, starts, None, False, None, threads)
-    return Descents(*surface.quench(starts, gradient_tolerance))
+    """Descends from points to minima by L-BFGS (J. Nocedal, Math. Comput. 35, 773 (1980)).
+
+    Parameters
+    ----------
+    function, space, check_gradient, threads
+        As in :func:`explore`.
+    starts
+        Points from which to descend, shape (k, n).
+    gradient_tolerance
+        Norm of the gradient at which a descent has converged, energy per length; by default measured on the surface.
+    box
+        As in :func:`explore`; by default around the points.
+
+    Returns
+    -------
+    Descents
+        A row for each start. One that does not converge is told, and is no error.
+
+    Raises
+    ------
+    InputError, GradientError, EnergyError
+        As in :func:`explore`.
+    """
+    begun, tolerance = points_of("starts", starts), magnitude_or_none("gradient_tolerance", gradient_tolerance)
+    surface, _, _ = _surface(function, space, box, begun, None, False, None, threads)
+    return Descents(*surface.quench(begun, tolerance, check_gradient))
 
 
 def evaluate(
     function: EnergyFunction, points: ArrayLike, space: Space | None = None, *, batch: bool = False,
     box: tuple[ArrayLike, ArrayLike] | None = None, threads: int | None = None,
 ) -> tuple[Floats, Floats]:
-    """Energies (k,) and gradients (k, tangents) at ``points``, shape (k, n), as a search gets them, with all its checks."""
-    surface, _, _ = _surface(function, space, box, points, None, batch, None, threads)
-    return surface.evaluate(points)
+    """Energies, shape (k,), and gradients, shape (k, tangents), as a search gets them, with all its checks.
+
+    There are as many tangents as coordinates, except on ``Rotations()``, which has three.
+
+    Parameters
+    ----------
+    function, space, threads
+        As in :func:`explore`.
+    points
+        Points at which to ask, shape (k, n).
+    batch
+        Whether ``function`` takes many points, as in :func:`explore`. It is then asked at up to 1024 of them at once.
+    box
+        As in :func:`explore`; by default around the points.
+
+    Raises
+    ------
+    InputError
+        If an argument is wrong; the sentence names it.
+    EnergyError
+        If the function returns NaN or a wrong shape; with the point.
+    """
+    asked = points_of("points", points)
+    surface, _, _ = _surface(function, space, box, asked, None, batch, None, threads)
+    return surface.evaluate(asked)
 
 
 class AseEnergy:
@@ -346,6 +454,7 @@ class AseEnergy:
         self._turn = threading.Lock()
 
     def __call__(self, x: Floats) -> tuple[float, Floats]:
+        """The energy (eV) and its gradient (eV/Å), shape (3 n,), at the positions ``x`` (Å), shape (3 n,)."""
         with self._turn:
             self.atoms.set_positions(x.reshape(-1, 3))
             energy = float(self.atoms.get_potential_energy())
@@ -355,8 +464,18 @@ class AseEnergy:
 def from_ase(atoms: Any, calculator: Any) -> AseEnergy:
     """The energy of ``ase.Atoms`` with a calculator, for :func:`explore`, :func:`map` and :func:`quench`.
 
+    Positions are in Å, energies in eV, gradients in eV/Å. ASE: A. H. Larsen et al., J. Phys.: Condens. Matter 29, 273002
+    (2017).
+
     Its space is ``Atoms`` with the elements of the atoms: copies with equal atoms renumbered are one point. The atoms must be
     free and without a periodic cell, because moved and turned copies are one point, too.
+
+    Parameters
+    ----------
+    atoms
+        The ``ase.Atoms``, of which a copy is taken.
+    calculator
+        A calculator of ASE. It is asked from one thread at a time.
 
     Raises
     ------

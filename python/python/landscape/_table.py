@@ -16,6 +16,7 @@ class Table(Mapping[str, Any]):
     """
 
     def __init__(self, columns: Mapping[str, Any]) -> None:
+        """``columns``: arrays and lists of equal length by name."""
         self._columns = dict(columns)
 
     @overload
@@ -23,6 +24,7 @@ class Table(Mapping[str, Any]):
     @overload
     def __getitem__(self, name: list[str]) -> Table: ...
     def __getitem__(self, name: str | list[str]) -> Any:
+        """The column ``name``, or a table of the columns in a list of names. ``KeyError``: there is no such column."""
         if isinstance(name, list):
             return Table({each: self._columns[each] for each in name})
         return self._columns[name]
@@ -47,7 +49,7 @@ class Table(Mapping[str, Any]):
         return len(next(iter(self._columns.values()), []))
 
     def where(self, mask: NDArray[np.bool_] | Sequence[bool]) -> Table:
-        """The rows at which ``mask``, of shape (rows,), is true."""
+        """The rows at which ``mask``, of shape (rows,), is true; a copy. ``IndexError``: the mask is too long."""
         chosen = np.flatnonzero(np.asarray(mask))
         return Table({
             name: values[chosen] if isinstance(values, np.ndarray) else [values[row] for row in chosen]

@@ -7,7 +7,7 @@ import hashlib
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import traitlets
 
@@ -15,22 +15,25 @@ from ._call import Folder
 
 if TYPE_CHECKING:
 
-    class AnyWidget:
+    class AnyWidget(traitlets.HasTraits):
         """What is used of ``anywidget.AnyWidget``, whose types are not known to type checkers."""
 
-        def __init__(self, **traits: Any) -> None: ...
-        def observe(self, handler: Callable[[Any], object], names: str | list[str] = ...) -> None: ...
-        def unobserve(self, handler: Callable[[Any], object], names: str | list[str] = ...) -> None: ...
         def close(self) -> None: ...
 else:
     from anywidget import AnyWidget
 
-#: Runs in the page: tells the notebook what is selected, and selects what the notebook tells.
+#: Runs in the page: tells the notebook when it is ready and what is selected, and selects what the notebook tells.
 _BRIDGE = """
 {
   let told = "";
+  let ready = false;
   setInterval(() => {
     if (!model) return;
+    if (!ready) {
+      ready = true;
+      parent.postMessage({ landscape: "ready" }, "*");
+      return;
+    }
     const names = state.selected.map(item => model.name(item));
     if (names.join() !== told) {
       told = names.join();
@@ -54,12 +57,15 @@ export default {
     frame.style.cssText = `width: 100%; height: ${model.get("height_px")}px; border: 1px solid #ccc`;
     frame.srcdoc = model.get("page");
     el.appendChild(frame);
+    const told = () => frame.contentWindow?.postMessage({ landscape: model.get("selected") }, "*");
     const heard = event => {
-      if (event.source !== frame.contentWindow || !Array.isArray(event.data?.landscape)) return;
+      if (event.source !== frame.contentWindow) return;
+      // What was selected before the page was there.
+      if (event.data?.landscape === "ready" && model.get("selected").length > 0) told();
+      if (!Array.isArray(event.data?.landscape)) return;
       model.set("selected", event.data.landscape);
       model.save_changes();
     };
-    const told = () => frame.contentWindow?.postMessage({ landscape: model.get("selected") }, "*");
     window.addEventListener("message", heard);
     model.on("change:selected", told);
     return () => {
@@ -82,17 +88,20 @@ def bridged(page: str) -> str:
 
 
 class Page(AnyWidget):
-    """A page that is shown in a notebook. ``selected`` are the names of the items chosen on it, the latest last; setting it
-    chooses them."""
+    """A page that is shown in a notebook: what :meth:`Landscape.show` and :meth:`Grasps.show` return."""
 
     _esm = _ESM
     page: traitlets.Unicode[str, str | bytes] = traitlets.Unicode().tag(sync=True)
+    """The page (HTML)."""
     height_px: traitlets.Int[int, int] = traitlets.Int(720).tag(sync=True)
+    """Its height on the screen, pixels."""
     selected: traitlets.List[str] = traitlets.List(traitlets.Unicode()).tag(sync=True)
+    """Names of the items chosen on it, such as ``"m0"``, the latest last. Setting it chooses them, also before the page is
+    there."""
 
     @classmethod
     def of(cls, write: Callable[..., Path], height_px: int) -> Page:
-        """The page that ``write`` writes into the file that it is given."""
+        """The page that ``write`` writes into the file that it is given, ``height_px`` pixels high."""
         folder = Folder()
         text = write(folder / "page.html", progress=False).read_text(encoding="utf-8")
         return cls(page=bridged(text), height_px=height_px)

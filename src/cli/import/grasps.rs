@@ -108,7 +108,7 @@ fn output(command: &Import, common: &Common) -> anyhow::Result<PathBuf> {
     let mut inputs: Vec<&Path> = named.into_iter().flatten().map(Path::new).collect();
     inputs.push(&command.path);
     inputs.extend(command.mapping.as_deref());
-    check_file(&output, &inputs, common)?;
+    check_file(&output, &inputs, common.force)?;
     Ok(output)
 }
 

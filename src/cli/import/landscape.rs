@@ -19,8 +19,8 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     let texts = ["min.data", "ts.data"].map(|name| read(&command.path, name));
     let [minima, states] = texts;
     let (minima, states) = (minima?, states?);
-    let (database, layout) =
-        Database::parse(&minima, &states).with_context(|| command.path.display().to_string())?;
+    let read =
+        Database::read(&minima, &states).with_context(|| command.path.display().to_string())?;
     let output = match &command.output {
         Some(output) => output.clone(),
         None => named_after(&command.path)?,
@@ -33,7 +33,7 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
         content_hash: content_hash(&[minima.as_bytes(), states.as_bytes()]),
     };
     let made_by = &common.provenance.command;
-    let imported = ImportedLandscape::new(&database, layout, &groups, source, made_by);
+    let imported = ImportedLandscape::new(&read, &groups, source, made_by);
     let folder = AtomicFolder::open(&output, true)?;
     let text = imported.write(&folder)?;
     if !command.page.no_report {

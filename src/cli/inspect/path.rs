@@ -37,7 +37,7 @@ pub(super) fn run(command: &Inspect, ends: &[String], common: &Common) -> anyhow
         None => beside(folder, from, to)?,
     };
     for ending in ENDINGS {
-        check_file(&with_ending(&output, ending), &[folder], common)?;
+        check_file(&with_ending(&output, ending), &[folder], common.force)?;
     }
     let setting = GraspSetting::of(&files, &name)?;
     let energy = setting.energy(&files, &name)?;

@@ -6,7 +6,7 @@ mod search;
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
@@ -50,8 +50,8 @@ pub(super) struct Surface {
     /// Kind of coordinates of the program's energy.
     #[arg(long, value_enum, default_value_t = Coordinates::Flat, requires = "command")]
     coordinates: Coordinates,
-    /// Elements of the atoms, such as `Ar,Ar,Kr` or `Ar2,Kr`, with `--coordinates atoms`: only atoms of one element are
-    /// the same. Without it all atoms are equal.
+    /// Elements of the atoms, such as `Ar,Ar,Kr` or `Ar2,Kr`, with `--coordinates atoms`, `fixed-frame` or `periodic`: only
+    /// atoms of one element are the same. Without it all atoms of `atoms` are equal.
     #[arg(long, value_name = "LIST", requires = "command")]
     elements: Option<String>,
     /// Greatest time for one answer of the program.
@@ -126,8 +126,12 @@ enum Coordinates {
     Atoms,
     /// Numbers that never leave the region: a minimum may lie on a face, an edge or a corner of it.
     Box,
-    /// Numbers that wrap: each with the length of its side of the region as its period.
+    /// Numbers that wrap: each with the length of its side of the region as its period. With --elements they are positions
+    /// of atoms, and those of one element are renumbered.
     Periodic,
+    /// Positions x, y, z of atoms among others that stay, such as a surface: those of one element (--elements) are
+    /// renumbered, and moved copies differ.
+    FixedFrame,
     /// A unit quaternion w, x, y, z; the gradient has three numbers, by rotation about the body's own axes.
     Rotation,
 }
@@ -135,7 +139,7 @@ enum Coordinates {
 impl From<Coordinates> for study::Coordinates {
     fn from(coordinates: Coordinates) -> Self {
         match coordinates {
-            Coordinates::Flat => Self::Flat,
+            Coordinates::Flat | Coordinates::FixedFrame => Self::Flat,
             Coordinates::Angles => Self::Angles,
             Coordinates::Atoms => Self::Atoms,
             Coordinates::Box => Self::Box,
@@ -209,7 +213,11 @@ begins anew."#;
 /// Returns the error of the energy, if any.
 type Check<'a> = dyn Fn() -> anyhow::Result<()> + Sync + 'a;
 
+/// Share of the time that the estimate of the size of the landscape may take.
+const PROBE: f64 = 0.1;
+
 pub(super) fn run(command: &Surface, common: &Common) -> anyhow::Result<()> {
+    let started = Instant::now();
     for (flag, value) in [
         ("patience", command.patience),
         ("searches", command.searches),
@@ -226,10 +234,10 @@ pub(super) fn run(command: &Surface, common: &Common) -> anyhow::Result<()> {
     let configuration = SurfaceConfiguration::read(command.config.as_deref())?;
     let region = command.region.as_deref().map(region).transpose()?;
     match &command.command {
-        None => run_model(command, common, &configuration, region),
+        None => run_model(command, common, &configuration, region, started),
         Some(program) => {
             let region = region.context("--command needs --region")?;
-            run_program(command, common, &configuration, program, region)
+            run_program(command, common, &configuration, (program, region), started)
         }
     }
 }
@@ -239,6 +247,7 @@ fn run_model(
     common: &Common,
     configuration: &SurfaceConfiguration,
     region: Option<Region>,
+    started: Instant,
 ) -> anyhow::Result<()> {
     let surface = model::named(&command.model)?;
     let needed = surface.low.len();
@@ -260,15 +269,20 @@ fn run_model(
             content_hash: content_hash(&[surface.name.as_bytes()]),
         },
     };
-    map(command, common, configuration, &subject, None, &|| Ok(()))
+    let sought = Sought {
+        shown: &subject,
+        unrolled: None,
+        started,
+    };
+    map(command, common, configuration, &sought, &|| Ok(()))
 }
 
 fn run_program(
     command: &Surface,
     common: &Common,
     configuration: &SurfaceConfiguration,
-    program: &str,
-    (low, high): Region,
+    (program, (low, high)): (&str, Region),
+    started: Instant,
 ) -> anyhow::Result<()> {
     let external = program::start(command, program, (&low, &high))?;
     let subject = Subject {
@@ -283,8 +297,13 @@ fn run_program(
         },
     };
     let check = || program::check(&external);
+    let mut sought = Sought {
+        shown: &subject,
+        unrolled: None,
+        started,
+    };
     if command.coordinates != Coordinates::Box {
-        return map(command, common, configuration, &subject, None, &check);
+        return map(command, common, configuration, &sought, &check);
     }
     let (low, high) = (subject.low.clone(), subject.high.clone());
     let boxed = InBox::new(&low, &high, |x, gradient| external.evaluate(x, gradient));
@@ -296,14 +315,44 @@ fn run_program(
         point: &point,
         coordinates: &coordinates,
     };
-    map(
-        command,
-        common,
-        configuration,
-        &subject,
-        Some(&unrolled),
-        &check,
-    )
+    sought.unrolled = Some(&unrolled);
+    map(command, common, configuration, &sought, &check)
+}
+
+/// What is searched, and since when.
+struct Sought<'a> {
+    shown: &'a Subject<'a>,
+    /// The subject as the search sees it, if it is a box.
+    unrolled: Option<&'a Unrolled<'a>>,
+    started: Instant,
+}
+
+impl<'a> Sought<'a> {
+    /// The subject as the search sees it.
+    fn subject(&self) -> Subject<'a> {
+        let mut subject = self.shown.clone();
+        if let Some(unrolled) = self.unrolled {
+            subject.energy = unrolled.energy;
+            (subject.low, subject.high) = unrolled.region.clone();
+        }
+        subject
+    }
+
+    /// Moves points of the user onto the space of the search.
+    fn fit(&self, known: &mut [Vec<f64>]) -> anyhow::Result<()> {
+        for (row, point) in known.iter_mut().enumerate() {
+            match self.unrolled {
+                Some(unrolled) => *point = (unrolled.coordinates)(point),
+                None => onto(self.shown.energy.space(), point),
+            }
+            ensure!(
+                point.iter().all(|number| number.is_finite()),
+                "--from: point {} is no quaternion, since its length is 0",
+                row + 1
+            );
+        }
+        Ok(())
+    }
 }
 
 /// A box as the search sees it.
@@ -314,34 +363,25 @@ struct Unrolled<'a> {
     coordinates: &'a dyn Fn(&[f64]) -> Vec<f64>,
 }
 
-/// Searches `shown`, through `unrolled` if it is a box.
 fn map(
     command: &Surface,
     common: &Common,
     configuration: &SurfaceConfiguration,
-    shown: &Subject<'_>,
-    unrolled: Option<&Unrolled<'_>>,
+    sought: &Sought<'_>,
     check: &Check<'_>,
 ) -> anyhow::Result<()> {
-    let started = Instant::now();
-    let mut subject = shown.clone();
+    let &Sought {
+        shown,
+        unrolled,
+        started,
+    } = sought;
+    let enough = |share: f64| {
+        let over = |budget: Duration| started.elapsed() >= budget.mul_f64(share);
+        command.extent.budget().is_some_and(over)
+    };
+    let subject = &sought.subject();
     let (mut known, known_hash) = command.extent.known(subject.low.len())?;
-    for (row, point) in known.iter_mut().enumerate() {
-        match unrolled {
-            Some(unrolled) => *point = (unrolled.coordinates)(point),
-            None => onto(subject.energy.space(), point),
-        }
-        ensure!(
-            point.iter().all(|number| number.is_finite()),
-            "--from: point {} is no quaternion, since its length is 0",
-            row + 1
-        );
-    }
-    if let Some(unrolled) = unrolled {
-        subject.energy = unrolled.energy;
-        (subject.low, subject.high) = unrolled.region.clone();
-    }
-    let subject = &subject;
+    sought.fit(&mut known)?;
     let draw = in_region(subject.energy.space(), (&subject.low, &subject.high));
     let measuring = Counted::new(subject.energy);
     // The seed also draws the points at which the surface is measured.
@@ -352,7 +392,7 @@ fn map(
     let mut probed = 0;
     let usual = configuration.lowest(LowestSettings::default())?;
     let lowest = command.extent.settings(&settings, &usual, || {
-        let probe = probe_size(subject.energy, &draw, &settings);
+        let probe = probe_size(subject.energy, &draw, &settings, &|| enough(PROBE));
         probed = probe.evaluations as u64;
         probe
     });
@@ -384,14 +424,14 @@ fn map(
         run: Run {
             journal: &journal,
             observer: &|news| watch.see(news),
-            enough: &|| (command.extent.budget()).is_some_and(|budget| started.elapsed() >= budget),
+            enough: &enough,
             ..Run::default()
         },
         stage_ended: &|name, evaluations| watch.lap(name, evaluations),
     };
     let mut groups = configuration.groups(GroupSettings::default())?;
     groups.barrier = command.groups.group_barrier.or(groups.barrier);
-    explain(|| sought(lowest.as_ref(), probed));
+    explain(|| sought_for(lowest.as_ref(), probed));
     // The usual limit decides what is searched for, and an interrupted run may go on with a time or without.
     let settings = command.without_limit(settings, configuration);
     let search = SurfaceSearch {
@@ -409,7 +449,8 @@ fn map(
     };
     check()?;
     if let Some(unrolled) = unrolled {
-        searched.shown_as(unrolled.point);
+        searched.shown_as(unrolled.point, shown, &settings);
+        check()?;
     }
     let report = SurfaceReport {
         subject: shown,
@@ -461,7 +502,7 @@ fn searching(
 }
 
 /// What is searched for, in a sentence.
-fn sought(lowest: Option<&LowestSettings>, probed: u64) -> String {
+fn sought_for(lowest: Option<&LowestSettings>, probed: u64) -> String {
     match lowest {
         None => "everything is searched for".to_owned(),
         Some(lowest) => format!(

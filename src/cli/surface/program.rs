@@ -49,13 +49,28 @@ pub(super) fn region(flag: &str) -> anyhow::Result<Region> {
 /// The kind of the coordinates of a program's energy.
 pub(super) fn kind(command: &Surface) -> anyhow::Result<study::Coordinates> {
     let Some(list) = &command.elements else {
+        ensure!(
+            command.coordinates != Coordinates::FixedFrame,
+            "--coordinates fixed-frame needs --elements, such as `--elements Ar2`"
+        );
         return Ok(command.coordinates.into());
     };
-    ensure!(
-        command.coordinates == Coordinates::Atoms,
-        "--elements {list}: only atoms have elements, so give `--coordinates atoms` as well"
-    );
-    Ok(study::Coordinates::Elements(elements(list)?))
+    let elements = elements(list)?;
+    match command.coordinates {
+        Coordinates::Atoms => Ok(study::Coordinates::Elements(elements)),
+        Coordinates::FixedFrame => Ok(study::Coordinates::FixedFrame {
+            elements,
+            periodic: false,
+        }),
+        Coordinates::Periodic => Ok(study::Coordinates::FixedFrame {
+            elements,
+            periodic: true,
+        }),
+        _ => bail!(
+            "--elements {list}: only atoms have elements, so give `--coordinates atoms` as well, or `fixed-frame` or \
+             `periodic` for atoms among others that stay"
+        ),
+    }
 }
 
 /// Parses `Ar,Ar,Kr`, or `Ar2,Kr` for the same.
@@ -88,7 +103,9 @@ fn space(
     region: (&[f64], &[f64]),
 ) -> anyhow::Result<Box<dyn Space + Send>> {
     let told = |error| match kind {
-        study::Coordinates::Elements(_) => anyhow::anyhow!("--elements: --region has {error}"),
+        study::Coordinates::Elements(_) | study::Coordinates::FixedFrame { .. } => {
+            anyhow::anyhow!("--elements: --region has {error}")
+        }
         kind => anyhow::anyhow!("--coordinates {}: --region has {error}", kind.name()),
     };
     kind.space(region).map_err(told)

@@ -5,7 +5,7 @@ use crate::topography::{Evidence, MinimumId, Node, NodeId, Tree};
 /// Horizontal places of a tree's nodes. Leaves are one unit apart, and the trees of a forest are farther apart.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct TreeLayout {
-    /// Place of each node, by node number. A parent stands midway between its outermost children.
+    /// Place of each node, by node number. A parent stands at the mean of the leaves below it.
     pub x: Vec<f64>,
     /// Numbers of the leaves from left to right; the first is at 0.
     pub leaves: Vec<usize>,
@@ -88,7 +88,8 @@ impl Branches<'_> {
     }
 }
 
-/// Places the leaves of `tree` side by side so that no two branches cross.
+/// Places the leaves of `tree` side by side so that no two branches cross, and each merge at the mean of the leaves below it
+/// (O. M. Becker and M. Karplus, J. Chem. Phys. 106, 1495 (1997)), so that trunks are nearly straight.
 ///
 /// The trees of a forest stand next to each other with a gap, the one with the most leaves first. Minima without any
 /// connection come last, close together.
@@ -147,10 +148,12 @@ pub fn place(tree: &Tree) -> TreeLayout {
     }
     for (index, node) in tree.nodes.iter().enumerate() {
         if !node.children.is_empty() {
-            let places = || node.children.iter().map(|child| layout.x[child.0]);
-            layout.x[index] = 0.5
-                * (places().fold(f64::INFINITY, f64::min)
-                    + places().fold(f64::NEG_INFINITY, f64::max));
+            // The mean of each child, as often as it has leaves.
+            let children = node.children.iter();
+            let sum: f64 = children
+                .map(|child| branches.leaves[child.0] as f64 * layout.x[child.0])
+                .sum();
+            layout.x[index] = sum / branches.leaves[index] as f64;
         }
     }
     layout
@@ -261,7 +264,8 @@ mod tests {
                 let mut places: Vec<f64> = below(&tree, node).iter().map(|&leaf| layout.x[leaf]).collect();
                 places.sort_by(f64::total_cmp);
                 prop_assert!(places.windows(2).all(|pair| (pair[1] - pair[0] - 1.0).abs() < 1e-9));
-                prop_assert!(layout.x[node] >= places[0] && layout.x[node] <= places[places.len() - 1]);
+                let mean = places.iter().sum::<f64>() / places.len() as f64;
+                prop_assert!((layout.x[node] - mean).abs() < 1e-9);
             }
         }
 
@@ -323,11 +327,20 @@ mod tests {
             .map(|(height, children)| (*height, &children[..]))
             .collect();
         let tree = forest(&energies, &merges);
-        assert!((place(&tree).x[lowest] - 20.0).abs() < 1e-9);
+        let layout = place(&tree);
+        assert!((layout.x[lowest] - 20.0).abs() < 1e-9);
+        // The trunk above it is straight: leaves alternate sides.
+        assert!(
+            layout.x[41..]
+                .iter()
+                .all(|x| (x - 20.0).abs() <= 0.5 + 1e-9),
+            "{:?}",
+            &layout.x[41..]
+        );
     }
 
     #[test]
-    fn parents_stand_between_outermost_children_and_trees_apart() {
+    fn parents_stand_at_the_mean_of_their_leaves_and_trees_apart() {
         // Three leaves under one merge, a pair under another, one alone.
         let tree = forest(
             &[1.0, 0.0, 2.0, 5.0, 5.5, 9.0],

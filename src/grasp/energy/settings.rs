@@ -223,6 +223,12 @@ impl EnergySettings {
         }
     }
 
+    /// Names of the terms with nonzero weight, in the order of [`GraspEnergy::term_names`](crate::grasp::GraspEnergy::term_names).
+    pub fn term_names(&self) -> Vec<String> {
+        let terms = self.terms(0.0);
+        terms.iter().map(|term| term.name().to_owned()).collect()
+    }
+
     /// The terms with nonzero weight, in the order of their [`Stage`](crate::grasp::term::Stage). All surface points of the
     /// hand are kept `clearance_m` off the object.
     pub(super) fn terms(&self, clearance_m: f64) -> Vec<Box<dyn Term>> {

@@ -15,6 +15,7 @@ mod mesh;
 mod orientation;
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use super::HandError;
 use super::model::Model;
@@ -122,13 +123,26 @@ pub(super) fn read(name: &str, text: &str, files: &dyn Files) -> Result<Model, H
         meshes,
         files,
         model: Model {
-            name: root.attribute("model").unwrap_or("MuJoCo Model").to_owned(),
+            name: model_name(&root, name),
             ..Model::default()
         },
     };
     body::read_world(&mut reader, &root)?;
     coupling::read(&mut reader, &root)?;
     Ok(reader.model)
+}
+
+/// The name of the model; that of its file if it has none. `MuJoCo` writes its own default.
+fn model_name(root: &Element, file: &str) -> String {
+    let given = root.attribute("model");
+    let name = given.filter(|name| !["", "MuJoCo Model"].contains(name));
+    name.map_or_else(
+        || {
+            let stem = Path::new(file).file_stem().unwrap_or_default();
+            stem.to_string_lossy().into_owned()
+        },
+        str::to_owned,
+    )
 }
 
 /// Whether a text is MJCF: its first element is `<mujoco>` or `<mujocoinclude>`.

@@ -17,6 +17,9 @@ pub struct IsaacGrasp<'a> {
 
 /// The grasps of one hand with joints `joint_names` on one object, as YAML. Positions and orientations are those of the
 /// link `gripper` in the frame of the object.
+///
+/// The frames are named twice: `object_frame_link` is the key of Isaac Sim, `object_frame` that of Isaac ROS, and each has
+/// readers that ask for it.
 pub fn isaac_grasp(
     object: &str,
     gripper: &str,
@@ -26,7 +29,8 @@ pub fn isaac_grasp(
     let mut text = format!(
         "# Made by landscape. Poses of the gripper in the frame of the object: metres, radians.\n\
          format: isaac_grasp\nformat_version: 1.0\n\n\
-         object_frame_link: {object}\ngripper_frame_link: {gripper}\n\ngrasps:\n",
+         object_frame_link: {object}\ngripper_frame_link: {gripper}\n\
+         object_frame: {object}\ngripper_frame: {gripper}\n\ngrasps:\n",
         object = quoted(object),
         gripper = quoted(gripper),
     );

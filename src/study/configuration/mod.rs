@@ -179,7 +179,7 @@ struct Given {
 
 impl Given {
     /// Reads a file that may hold any part of a `T`.
-    fn read<T: for<'a> Deserialize<'a>>(
+    fn read<T: Serialize + for<'a> Deserialize<'a>>(
         path: &Path,
         verb: &'static str,
     ) -> Result<(Self, T), ConfigurationError> {
@@ -193,13 +193,16 @@ impl Given {
             table,
         };
         // Read as what it must be first, so that errors name lines.
-        let typed = toml_text::parse(&text).map_err(|error| given(Table::new()).refused(error))?;
+        let typed: T =
+            toml_text::parse(&text).map_err(|error| given(Table::new()).refused(error))?;
         let table = toml::from_str(&text).map_err(|error| given(Table::new()).refused(error))?;
         let given = given(table);
-        ranges::check(&given.table).map_err(|(key, beyond)| ConfigurationError::Range {
-            path: path.to_path_buf(),
-            key,
-            beyond,
+        ranges::check(&given.table, &plain(&typed)).map_err(|(key, beyond)| {
+            ConfigurationError::Range {
+                path: path.to_path_buf(),
+                key,
+                beyond,
+            }
         })?;
         Ok((given, typed))
     }

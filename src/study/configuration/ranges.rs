@@ -7,8 +7,8 @@ use crate::limits::{
     NEIGHBOURS_SETTING, POSITIVE_SETTING, SEED_SETTING, SETTING, SHARE,
 };
 
-/// Keys of numbers that are not merely positive. All others that are written with a point are [`POSITIVE_SETTING`]s, and all
-/// whole ones are [`COUNT_SETTING`]s.
+/// Keys of numbers that are not merely positive. All others that may have a fraction are [`POSITIVE_SETTING`]s, and all
+/// counts are [`COUNT_SETTING`]s.
 const RANGES: [(&str, Limit); 29] = [
     ("attempts", COUNT_SETTING),
     ("barrier", SETTING),
@@ -41,16 +41,19 @@ const RANGES: [(&str, Limit); 29] = [
     ("settled", SHARE),
 ];
 
-/// Checks all numbers of a table; the error has the key with its sections.
-pub(super) fn check(table: &Table) -> Result<(), (String, Beyond)> {
-    for (key, value) in table {
-        let (value, usual) = match value {
-            Value::Table(table) => {
-                check(table).map_err(|(under, beyond)| (format!("{key}.{under}"), beyond))?;
+/// Checks the numbers that a file gives; the error has the key with its sections. `typed` is the file as its settings have
+/// read it, so that a number that may have a fraction is one whether or not it is written with a point.
+pub(super) fn check(given: &Table, typed: &Table) -> Result<(), (String, Beyond)> {
+    for (key, value) in given {
+        let value = typed.get(key).unwrap_or(value);
+        let (value, usual) = match (value, given[key].as_table()) {
+            (Value::Table(typed), Some(given)) => {
+                check(given, typed)
+                    .map_err(|(under, beyond)| (format!("{key}.{under}"), beyond))?;
                 continue;
             }
-            Value::Float(number) => (*number, POSITIVE_SETTING),
-            Value::Integer(number) => (*number as f64, COUNT_SETTING),
+            (Value::Float(number), _) => (*number, POSITIVE_SETTING),
+            (Value::Integer(number), _) => (*number as f64, COUNT_SETTING),
             _ => continue,
         };
         let limit = RANGES

@@ -306,6 +306,8 @@ fn mistakes_name_file_and_line() {
             "map.chain.temperature = inf is not",
         ),
         ("force = -1.0\n", "force = -1 is not"),
+        ("temperature = 0\n", "temperature = 0 is not from 1e-15"),
+        ("[map]\nneighbours = 2.5\n", "expected a whole number"),
         ("[map", "line 1"),
     ] {
         let (build, _) = sentence_of_build(text);
@@ -313,6 +315,20 @@ fn mistakes_name_file_and_line() {
     }
     let absent = usual().with_file(Path::new("absent.toml")).unwrap_err();
     assert_eq!(absent.to_string(), "cannot read absent.toml");
+}
+
+/// Whether a number is written with a point says nothing about what it may be.
+#[test]
+fn numbers_may_be_written_without_a_point() {
+    let usual = || settings_of_build(&EnergySettings::default());
+    for text in ["force = 2000000\n", "force = 2000000.0\n"] {
+        let (_folder, path) = file(text);
+        assert_eq!(usual().with_file(&path).unwrap().force, Some(2e6), "{text}");
+    }
+    let (_folder, path) = file("[search]\nlength = 2000000\n");
+    let found = SurfaceConfiguration::read(Some(&path)).unwrap();
+    let found = found.search(SearchSettings::for_scales(3.0, 0.2)).unwrap();
+    assert_eq!(found, SearchSettings::for_scales(3.0, 2e6));
 }
 
 fn sentence_of_build(text: &str) -> (String, PathBuf) {

@@ -12,9 +12,10 @@ use crate::topography::view::{View, grouped, restricted};
 use crate::topography::{Evidence, MinimumId, Network, Tree, support};
 
 /// Names of the kinds of evidence, by their number in the arrays.
-pub(super) const EVIDENCE: [Evidence; 5] = [
+pub(super) const EVIDENCE: [Evidence; 6] = [
     Evidence::Saddle,
     Evidence::Seam,
+    Evidence::Given,
     Evidence::Path,
     Evidence::Chain,
     Evidence::None,

@@ -68,19 +68,27 @@ fn passes(tree: &Tree) -> Option<Statement> {
         return None;
     }
     let of = |kinds: &[Evidence]| merges.iter().filter(|kind| kinds.contains(kind)).count();
-    let verified = of(&[Evidence::Saddle, Evidence::Seam]);
+    let (verified, given) = (
+        of(&[Evidence::Saddle, Evidence::Seam]),
+        of(&[Evidence::Given]),
+    );
     let (relaxed, bounds) = (
         of(&[Evidence::Path]),
         of(&[Evidence::Chain, Evidence::None]),
     );
     let all = merges.len();
     Some(Statement {
-        tone: if bounds == 0 { "good" } else { "care" },
+        tone: if bounds + given == 0 { "good" } else { "care" },
         short: format!("{verified} of {all} passes verified"),
         long: format!(
             "Two branches of the tree meet at the energy of the lowest known pass between them. {verified} of the {all} \
              passes are verified: the slope vanishes there, and both sides lead down to the two minima. {relaxed} are the \
-             tops of relaxed paths. {bounds} are upper bounds: the true pass may lie lower (dashed lines)."
+             tops of relaxed paths. {bounds} are upper bounds: the true pass may lie lower (dashed lines).{}",
+            if given == 0 {
+                String::new()
+            } else {
+                format!(" {given} are transition states of another program, taken at its word.")
+            }
         ),
     })
 }
@@ -243,6 +251,27 @@ mod tests {
         nodes.extend([node(4.0, &[2, 1]), node(9.0, &[0, 3])]);
         let roots = vec![NodeId(4)];
         assert_eq!(depths(&Tree { nodes, roots }), [1.0, 8.0]);
+    }
+
+    /// Nothing of an imported landscape was verified.
+    #[test]
+    fn given_passes_are_not_verified() {
+        let (database, _) = crate::topography::exchange::Database::parse(
+            "0 1 1 0 0 0\n1 1 1 0 0 0\n",
+            "2 1 1 1 2 0 0 0\n",
+        )
+        .unwrap();
+        let told = passes(&Tree::from_network(&database.network(), Evidence::Chain)).unwrap();
+        assert_eq!(
+            (told.tone, told.short.as_str()),
+            ("care", "0 of 1 passes verified")
+        );
+        assert!(
+            told.long
+                .contains("1 are transition states of another program"),
+            "{}",
+            told.long
+        );
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::topography::adelm::ChainSettings;
 use crate::topography::groups::GroupSettings;
 use crate::topography::minima::MatchTolerance;
 use crate::topography::network::Minimum;
-use crate::topography::pairs::{BetweenMinima, Distances};
+use crate::topography::pairs::{BetweenMinima, nearest};
 use crate::topography::path::PathSettings;
 use crate::topography::scales::{Scales, median};
 
@@ -91,13 +91,13 @@ impl MapSettings {
         let (mut lengths, mut heights) = (Vec::new(), Vec::new());
         let mut gradient = vec![0.0; space.tangents()];
         for i in 0..minima.len() {
-            let row = all.row(i);
             // Distances to copies (0) and to invalid points (not finite) are ignored.
-            let others = (0..minima.len()).filter(|j| row[*j] > 0.0 && row[*j].is_finite());
-            let Some(j) = others.min_by(|a, b| row[*a].total_cmp(&row[*b])) else {
+            let apart =
+                |_, distance: Option<f64>| distance.is_none_or(|d| d > 0.0 && d.is_finite());
+            let Some((distance, j)) = nearest(&all, i, 1, apart).pop() else {
                 continue;
             };
-            lengths.push(row[j]);
+            lengths.push(distance);
             let (from, to) = (&minima[i], &minima[j]);
             let top = (1..16)
                 .map(|k| {

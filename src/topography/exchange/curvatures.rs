@@ -9,6 +9,16 @@ use crate::topography::eigen::Piece;
 use crate::topography::landscape::Landscape;
 use crate::topography::network::Evidence;
 
+/// Eigenvalues of the Hessian of a smooth energy at `x`, ascending, without the free motions of its space. `difference` is the
+/// step of finite differences, a length of the space. `None` where the energy or its gradient is not finite within this step.
+///
+/// # Panics
+/// If `x` has the wrong length.
+pub fn curvatures(energy: &dyn Energy, x: &[f64], difference: f64) -> Option<Vec<f64>> {
+    let modes = Piece::plain(energy, Vec::new()).modes(x, difference)?;
+    Some(modes.curvatures)
+}
+
 impl Database {
     /// The minima and finite connections of a landscape, with the curvatures of minima and verified saddles.
     ///
@@ -57,9 +67,11 @@ impl Database {
             sizes.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
             let counted = sizes.iter().skip(zero);
             Vibrations {
-                log_product: counted
-                    .map(|curvature| libm::log(curvature.max(*flat)))
-                    .sum(),
+                // The sum of no numbers is −0, which files would show.
+                log_product: 0.0
+                    + counted
+                        .map(|curvature| libm::log(curvature.max(*flat)))
+                        .sum::<f64>(),
                 negative_curvature: (index > 0).then(|| curvatures.first().copied()).flatten(),
                 ..Vibrations::default()
             }

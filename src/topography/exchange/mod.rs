@@ -14,8 +14,12 @@
 //!
 //! `points.min` and `points.ts` hold the coordinates, for PATHSAMPLE ([`points()`]).
 //!
-//! A reader tells the layouts apart by the number of columns: 6 and 8, or 2 and 3. Unknown values are written as
-//! placeholders: ln-product 0 (no Hessian), order 1, moments 0 (no atoms). Numbers are written without loss.
+//! A reader tells the layouts apart by the number of columns: at least 6 and 8, or 2 and 3. Some programs write more
+//! columns, which are ignored. Numbers are written without loss.
+//!
+//! Unknown values are written as placeholders: ln-product 0 (no Hessian), order 1, moments 0 (no atoms). A row is taken for
+//! unknown only if it holds all of them. A known ln-product of exactly 0 (the saddle of a landscape with one coordinate has
+//! no positive eigenvalues) is written as 1e-300 where the rest of the row holds the placeholders, too.
 
 mod curvatures;
 mod points;
@@ -24,10 +28,11 @@ mod write;
 
 use std::collections::BTreeMap;
 
+pub use curvatures::curvatures;
 use petgraph::graph::NodeIndex;
 use petgraph::visit::EdgeRef;
 pub use points::{PointsError, points, points_of_text, read_points};
-pub use read::{ExchangeError, Layout};
+pub use read::{ExchangeError, Layout, Reading};
 
 use super::network::{Edge, Evidence, Minimum, Network};
 use super::search::Exploration;
@@ -44,6 +49,18 @@ pub struct Vibrations {
     pub moments_of_inertia: [f64; 3],
     /// The negative Hessian eigenvalue of a transition state; `None` if it is unknown (the files do not hold it).
     pub negative_curvature: Option<f64>,
+}
+
+impl Vibrations {
+    /// Whether files cannot tell these from the placeholders.
+    fn looks_unknown(&self) -> bool {
+        let negative_curvature = None;
+        let written = Self {
+            negative_curvature,
+            ..*self
+        };
+        written == Self::default()
+    }
 }
 
 impl Default for Vibrations {
@@ -116,11 +133,17 @@ impl Database {
     }
 
     /// All minima and saddles of a search with their curvatures. With `kinds`, the coordinates are positions of atoms of
-    /// mass 1, which also give point groups and moments of inertia; no kinds in it mean that all atoms are equal.
+    /// mass 1, which also give point groups and moments of inertia; no kinds in it mean that all atoms are equal. Points
+    /// whose audit has no curvatures (on a face of a box) have no vibrational data.
     pub fn from_exploration(found: &Exploration, kinds: Option<&[usize]>) -> Self {
         let vibrations = |coordinates: &[f64], curvatures: &[f64]| {
+            // A single atom has no curvatures either, but they are known.
+            if curvatures.is_empty() && kinds.is_none() && !coordinates.is_empty() {
+                return None;
+            }
             let positive = curvatures.iter().filter(|curvature| **curvature > 0.0);
-            let log_product = positive.map(|curvature| libm::log(*curvature)).sum();
+            // The sum of no numbers is −0, which files would show.
+            let log_product = 0.0 + positive.map(|curvature| libm::log(*curvature)).sum::<f64>();
             let plain = Vibrations {
                 log_product,
                 negative_curvature: curvatures.first().copied().filter(|lowest| *lowest < 0.0),
@@ -149,7 +172,9 @@ impl Database {
         Self {
             minima: minima.collect(),
             transition_states: saddles.collect(),
-            vibrational_modes: found.audits.first().map(|audit| audit.curvatures.len()),
+            vibrational_modes: (found.audits.iter())
+                .map(|audit| audit.curvatures.len())
+                .max(),
         }
     }
 
@@ -183,7 +208,7 @@ impl Database {
     }
 
     /// The network of the minima, sorted by energy (`members` holds the row of each), with the lowest transition state of
-    /// each pair. Degenerate rearrangements are left out. Coordinates and lengths are unknown (empty and 0).
+    /// each pair, as [`Evidence::Given`]. Degenerate rearrangements are left out. Coordinates and lengths are unknown (empty and 0).
     pub fn network(&self) -> Network {
         let sorted = self.by_energy();
         let mut network = Network::default();
@@ -206,7 +231,7 @@ impl Database {
         for ([a, b], height) in lowest {
             let edge = Edge {
                 height,
-                evidence: Evidence::Saddle,
+                evidence: Evidence::Given,
                 term: None,
                 length: 0.0,
             };

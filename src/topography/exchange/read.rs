@@ -1,13 +1,13 @@
 //! Reading `min.data` and `ts.data`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Database, MinimumEntry, TransitionStateEntry, Vibrations};
 
 /// The program whose layout the files have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Layout {
-    /// Six and eight columns.
+    /// Six and eight columns, or more.
     Pathsample,
     /// Two and three columns.
     Topsearch,
@@ -29,7 +29,7 @@ impl Layout {
 pub enum ExchangeError {
     /// A line has a number of columns that no layout has.
     #[error(
-        "{file}, line {line}: it has {found} fields, but a line has {} (PATHSAMPLE) or {} (topsearch)",
+        "{file}, line {line}: it has {found} fields, but a line has {} or more (PATHSAMPLE) or {} (topsearch)",
         .expected[0],
         .expected[1]
     )]
@@ -108,7 +108,7 @@ pub enum ExchangeError {
         /// Number of the first minimum.
         from: usize,
     },
-    /// A transition state is lower than a minimum that it joins.
+    /// A transition state is lower than a minimum that it joins, by more than rounding.
     #[error(
         "{file}, line {line}, field {field}: the energy {energy} lies below that of minimum {number} ({minimum}, line \
          {minimum_line} of min.data), which this transition state joins"
@@ -137,22 +137,48 @@ pub enum ExchangeError {
 const MINIMA: &str = "min.data";
 const STATES: &str = "ts.data";
 
+/// A transition state may lie below a minimum by this fraction of the range of energies: files hold rounded numbers.
+const ROUNDING: f64 = 1e-9;
+
+/// What `min.data` and `ts.data` hold.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading {
+    /// Minima and transition states.
+    pub database: Database,
+    /// The program whose layout the files have.
+    pub layout: Layout,
+    /// What was ignored or changed, a sentence each, without capital and full stop.
+    pub notes: Vec<String>,
+}
+
 impl Database {
+    /// As [`Database::read`], without its notes.
+    ///
+    /// # Errors
+    /// As [`Database::read`].
+    pub fn parse(min_data: &str, ts_data: &str) -> Result<(Self, Layout), ExchangeError> {
+        let read = Self::read(min_data, ts_data)?;
+        Ok((read.database, read.layout))
+    }
+
     /// Reads `min.data` and `ts.data` in either layout. Empty lines are skipped; Fortran exponents (`1.5D-3`) are read.
+    /// Columns beyond those of PATHSAMPLE's layout are ignored. A transition state that lies below a minimum by at most
+    /// 10⁻⁹ of the range of all energies is raised to it. Rows that hold the placeholders have no vibrational data.
     ///
     /// # Errors
     /// If a line or field is invalid, or if a transition state is lower than a minimum that it joins.
-    pub fn parse(min_data: &str, ts_data: &str) -> Result<(Self, Layout), ExchangeError> {
+    pub fn read(min_data: &str, ts_data: &str) -> Result<Reading, ExchangeError> {
         let mut database = Self::default();
-        // Row of each minimum by its number in the file, and its line.
-        let mut rows: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
+        let mut wide = BTreeSet::new();
+        let mut rows = Rows::new();
         let mut first = None;
         for (row, line) in lines(min_data, MINIMA).enumerate() {
             let layout = line.layout([6, 2], &mut first)?;
+            wide.extend(line.has_more_than(6).then_some(MINIMA));
             let (number, energy, vibrations) = match layout {
                 Layout::Pathsample => {
                     let vibrations = line.vibrations([1, 2, 3])?;
-                    (row + 1, line.number(0)?, Some(vibrations))
+                    (row + 1, line.number(0)?, vibrations)
                 }
                 Layout::Topsearch => (line.whole(0)?, line.number(1)?, None),
             };
@@ -171,48 +197,55 @@ impl Database {
         let Some(layout) = first else {
             return Err(ExchangeError::Empty(MINIMA));
         };
+        let slack = ROUNDING * database.range_with(ts_data, layout);
+        let mut raised = 0_usize;
         for line in lines(ts_data, STATES) {
             line.layout([8, 3], &mut first)?;
-            let ([a, b], height, vibrations) = match layout {
-                Layout::Pathsample => ([3, 4], 0, Some(line.vibrations([1, 2, 5])?)),
-                Layout::Topsearch => ([0, 1], 2, None),
-            };
-            let energy = line.number(height)?;
-            let end = |field: usize| {
-                let number = line.whole(field)?;
-                let Some((row, minimum_line)) = rows.get(&number).copied() else {
-                    return Err(ExchangeError::NoSuchMinimum {
-                        file: STATES,
-                        line: line.number,
-                        field: field + 1,
-                        number,
-                        count: rows.len(),
-                        from: usize::from(layout == Layout::Pathsample),
-                    });
-                };
-                let minimum = database.minima[row].energy;
-                if energy < minimum {
-                    return Err(ExchangeError::BelowMinimum {
-                        file: STATES,
-                        line: line.number,
-                        field: height + 1,
-                        energy,
-                        number,
-                        minimum,
-                        minimum_line,
-                    });
-                }
-                Ok(row)
-            };
-            database.transition_states.push(TransitionStateEntry {
-                energy,
-                ends: [end(a)?, end(b)?],
-                vibrations,
-            });
+            wide.extend(line.has_more_than(8).then_some(STATES));
+            let (state, lifted) = line.state(layout, (&database.minima, &rows), slack)?;
+            database.transition_states.push(state);
+            raised += usize::from(lifted);
         }
-        Ok((database, layout))
+        let mut notes: Vec<String> = (wide.into_iter())
+            .map(|file| {
+                format!("{file} has more columns than are known, and the last ones were ignored")
+            })
+            .collect();
+        if raised > 0 {
+            notes.push(format!(
+                "{raised} transition states lay below a minimum that they join by no more than rounding, and were raised to it"
+            ));
+        }
+        Ok(Reading {
+            database,
+            layout,
+            notes,
+        })
+    }
+
+    /// The greatest difference between energies of these minima and of `ts_data`; 0 if it is no number. Lines with faults
+    /// are left out, and told later.
+    fn range_with(&self, ts_data: &str, layout: Layout) -> f64 {
+        let height = match layout {
+            Layout::Pathsample => 0,
+            Layout::Topsearch => 2,
+        };
+        let states = lines(ts_data, STATES)
+            .filter(|line| line.has_more_than(height))
+            .filter_map(|line| line.number(height).ok());
+        let energies = self.minima.iter().map(|minimum| minimum.energy);
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for energy in energies.chain(states) {
+            (low, high) = (low.min(energy), high.max(energy));
+        }
+        Some(high - low)
+            .filter(|range| range.is_finite())
+            .unwrap_or(0.0)
     }
 }
+
+/// Row of each minimum by its number in the file, and its line.
+type Rows = BTreeMap<usize, (usize, usize)>;
 
 struct Line<'a> {
     file: &'static str,
@@ -230,6 +263,10 @@ fn lines<'a>(text: &'a str, file: &'static str) -> impl Iterator<Item = Line<'a>
 }
 
 impl Line<'_> {
+    fn has_more_than(&self, fields: usize) -> bool {
+        self.fields.len() > fields
+    }
+
     /// The layout of a line by its number of fields. It must be the layout of the `first` line.
     fn layout(
         &self,
@@ -237,17 +274,17 @@ impl Line<'_> {
         first: &mut Option<Layout>,
     ) -> Result<Layout, ExchangeError> {
         let (file, line, found) = (self.file, self.number, self.fields.len());
-        let layout = match expected.iter().position(|count| *count == found) {
-            Some(0) => Layout::Pathsample,
-            Some(_) => Layout::Topsearch,
-            None => {
-                return Err(ExchangeError::Fields {
-                    file,
-                    line,
-                    found,
-                    expected,
-                });
-            }
+        let layout = if found >= expected[0] {
+            Layout::Pathsample
+        } else if found == expected[1] {
+            Layout::Topsearch
+        } else {
+            return Err(ExchangeError::Fields {
+                file,
+                line,
+                found,
+                expected,
+            });
         };
         let first = *first.get_or_insert(layout);
         if layout == first {
@@ -284,19 +321,70 @@ impl Line<'_> {
         number.ok_or_else(|| self.wrong(field, "the number of a minimum"))
     }
 
-    /// Reads the vibrational data. The arguments are the fields of the ln-product, the order and the first moment.
+    /// Reads a transition state between `minima`, and tells whether it was raised to one of them, from at most `slack` below.
+    fn state(
+        &self,
+        layout: Layout,
+        (minima, rows): (&[MinimumEntry], &Rows),
+        slack: f64,
+    ) -> Result<(TransitionStateEntry, bool), ExchangeError> {
+        let ([a, b], height, vibrations) = match layout {
+            Layout::Pathsample => ([3, 4], 0, self.vibrations([1, 2, 5])?),
+            Layout::Topsearch => ([0, 1], 2, None),
+        };
+        let energy = self.number(height)?;
+        let end = |field: usize| {
+            let number = self.whole(field)?;
+            let Some((row, minimum_line)) = rows.get(&number).copied() else {
+                return Err(ExchangeError::NoSuchMinimum {
+                    file: STATES,
+                    line: self.number,
+                    field: field + 1,
+                    number,
+                    count: rows.len(),
+                    from: usize::from(layout == Layout::Pathsample),
+                });
+            };
+            let minimum = minima[row].energy;
+            if energy < minimum - slack {
+                return Err(ExchangeError::BelowMinimum {
+                    file: STATES,
+                    line: self.number,
+                    field: height + 1,
+                    energy,
+                    number,
+                    minimum,
+                    minimum_line,
+                });
+            }
+            Ok(row)
+        };
+        let ends = [end(a)?, end(b)?];
+        let highest = ends.map(|end| minima[end].energy);
+        let highest = highest[0].max(highest[1]);
+        let state = TransitionStateEntry {
+            energy: energy.max(highest),
+            ends,
+            vibrations,
+        };
+        Ok((state, energy < highest))
+    }
+
+    /// Reads the vibrational data; `None` if they are the placeholders. The arguments are the fields of the ln-product, the
+    /// order and the first moment.
     fn vibrations(
         &self,
         [product, order, moments]: [usize; 3],
-    ) -> Result<Vibrations, ExchangeError> {
+    ) -> Result<Option<Vibrations>, ExchangeError> {
         let operations = self.fields[order].parse().ok().filter(|order| *order > 0);
         let [a, b, c] = [0, 1, 2].map(|k| self.number(moments + k));
-        Ok(Vibrations {
+        let read = Vibrations {
             log_product: self.number(product)?,
             point_group_order: operations
                 .ok_or_else(|| self.wrong(order, "a whole number of operations, 1 or more"))?,
             moments_of_inertia: [a?, b?, c?],
             negative_curvature: None,
-        })
+        };
+        Ok((!read.looks_unknown()).then_some(read))
     }
 }

@@ -29,7 +29,7 @@ fn pathsample_makes_a_tree() {
     // The minima are sorted by energy, and the loop is gone.
     assert_eq!(network[NodeIndex::new(0)].members, [1]);
     assert_eq!(network.edge_count(), 4);
-    let tree = Tree::from_network(&network, Evidence::Saddle);
+    let tree = Tree::from_network(&network, Evidence::Given);
     let height = |i, j| tree.minimax(MinimumId(i), MinimumId(j));
     assert_eq!(height(0, 1), Some(-15.444734));
     assert_eq!(height(0, 2), Some(-15.319864));
@@ -57,7 +57,7 @@ fn what_does_not_fit_is_told() {
         (
             "-1 2 3\n",
             "",
-            "min.data, line 1: it has 3 fields, but a line has 6 (PATHSAMPLE) or 2 (topsearch)",
+            "min.data, line 1: it has 3 fields, but a line has 6 or more (PATHSAMPLE) or 2 (topsearch)",
         ),
         (
             "\n0 -1\n-1.0 0 1 0 0 0",
@@ -72,7 +72,7 @@ fn what_does_not_fit_is_told() {
         (
             good,
             "0.5 0 1 1 2 0 0",
-            "ts.data, line 1: it has 7 fields, but a line has 8 (PATHSAMPLE) or 3 (topsearch)",
+            "ts.data, line 1: it has 7 fields, but a line has 8 or more (PATHSAMPLE) or 3 (topsearch)",
         ),
         (
             "-1.0 x 1 0 0 0",
@@ -139,6 +139,88 @@ fn what_does_not_fit_is_told() {
     ] {
         let error = Database::parse(min, ts).unwrap_err();
         assert_eq!(error.to_string(), said);
+    }
+}
+
+/// PATHSAMPLE's keyword IMFRQ writes a ninth column.
+#[test]
+fn further_columns_are_ignored_and_told() {
+    let states = TS.replace('\n', " 17.5\n").replace("\n 17.5\n", "\n\n");
+    let read = Database::read(MIN, &states).unwrap();
+    assert_eq!(read.database, Database::parse(MIN, TS).unwrap().0);
+    assert_eq!(read.layout, Layout::Pathsample);
+    assert_eq!(
+        read.notes,
+        ["ts.data has more columns than are known, and the last ones were ignored"]
+    );
+    assert!(Database::read(MIN, TS).unwrap().notes.is_empty());
+}
+
+/// Files hold rounded numbers.
+#[test]
+fn a_transition_state_within_rounding_of_its_minimum_is_raised_to_it() {
+    let minima = "0 -10.0\n1 -5.0\n";
+    let read = Database::read(minima, "0 1 -5.0000000001").unwrap();
+    assert_eq!(
+        read.database.transition_states[0].energy.to_bits(),
+        (-5.0_f64).to_bits()
+    );
+    let [note] = &read.notes[..] else {
+        panic!("{:?}", read.notes)
+    };
+    assert!(
+        note.starts_with("1 transition states") && note.contains("raised"),
+        "{note}"
+    );
+    for below in ["0 1 -5.00000001", "0 1 -6"] {
+        let error = Database::read(minima, below).unwrap_err();
+        assert!(
+            matches!(error, ExchangeError::BelowMinimum { .. }),
+            "{error}"
+        );
+    }
+}
+
+/// The saddle of a landscape with one coordinate has no positive eigenvalue: its ln-product is 0, and known.
+#[test]
+fn a_known_product_of_1_is_no_placeholder() {
+    let known = Vibrations::default();
+    let database = |vibrations| Database {
+        minima: vec![
+            MinimumEntry {
+                energy: 0.0,
+                vibrations: Some(Vibrations {
+                    log_product: 2.0,
+                    ..known
+                }),
+            },
+            MinimumEntry {
+                energy: 1.0,
+                vibrations,
+            },
+        ],
+        transition_states: vec![TransitionStateEntry {
+            energy: 3.0,
+            ends: [0, 1],
+            vibrations,
+        }],
+        vibrational_modes: None,
+    };
+    let again = |database: &Database| {
+        let layout = Layout::Pathsample;
+        Database::parse(&database.min_data(layout), &database.ts_data(layout))
+            .unwrap()
+            .0
+    };
+    assert_eq!(again(&database(None)), database(None));
+    let read = again(&database(Some(known)));
+    let vibrations = [
+        read.minima[1].vibrations,
+        read.transition_states[0].vibrations,
+    ];
+    for vibrations in vibrations {
+        let product = vibrations.expect("it is known").log_product;
+        assert!(product.abs() < 1e-290, "{product}");
     }
 }
 

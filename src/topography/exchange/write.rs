@@ -39,9 +39,21 @@ impl Database {
     }
 }
 
+/// An ln-product of 0 that is known is written so where nothing else would tell it from the placeholders. It is 0 in any
+/// sum with a number of usual size.
+const KNOWN_ZERO: f64 = 1e-300;
+
 /// The columns of ln-product and order, and those of the moments of inertia.
 fn columns(vibrations: Option<Vibrations>) -> (String, String) {
-    let vibrations = vibrations.unwrap_or_default();
+    let written = |known: Vibrations| Vibrations {
+        log_product: if known.looks_unknown() {
+            KNOWN_ZERO
+        } else {
+            known.log_product
+        },
+        ..known
+    };
+    let vibrations = vibrations.map(written).unwrap_or_default();
     let before = format!(
         "{} {:>6}",
         number(vibrations.log_product),

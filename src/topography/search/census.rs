@@ -386,13 +386,21 @@ impl Census {
         }
     }
 
-    /// All results, sorted by energy. `stopped` tells that the search had not ended by itself.
-    pub(super) fn finish(self, energy: &dyn Energy, spent: usize, stopped: bool) -> Exploration {
+    /// All results, sorted by energy. `planned` is the number of searches that were still to be made if the search was
+    /// stopped before it ended by itself.
+    pub(super) fn finish(
+        self,
+        energy: &dyn Energy,
+        spent: usize,
+        planned: Option<usize>,
+    ) -> Exploration {
+        let stopped = planned.is_some();
         let hits: Vec<usize> = self.saddles.iter().map(|saddle| saddle.hits).collect();
         let draws: Vec<usize> = self.minima.iter().map(|known| known.draws.len()).collect();
         let coverage = Coverage::new(&Counts {
             searches: self.searches,
             last_new: self.last_new,
+            planned: planned.unwrap_or(0),
             unfinished: self.unfinished,
             hits: &hits,
             draws: &draws,

@@ -51,6 +51,10 @@ pub struct Coverage {
     pub arrived: usize,
     /// Number of the search that found the last new stationary point.
     pub last_new: usize,
+    /// Searches along modes of known minima that had not been made when the search was stopped. While there are any, the
+    /// others say nothing about how many saddles are missing.
+    #[serde(default)]
+    pub planned: usize,
     /// Saddles met once.
     pub once: usize,
     /// Saddles met twice.
@@ -66,11 +70,13 @@ pub struct Coverage {
     pub undrawn: usize,
     /// Good and Turing's estimate of the probability that the next saddle found is new: once / arrived.
     pub chance_of_news: f64,
-    /// Its upper 95 % limit, at most 1, with a Poisson distribution of the number met once (3 / arrived if that is 0).
+    /// Its upper 95 % limit, at most 1, with a Poisson distribution of the number met once (3 / arrived if that is 0); 1 while
+    /// searches are planned.
     pub chance_of_news_below: f64,
     /// Chao's lower bound of the number of unseen saddles ([`Rarefaction`](crate::topography::Rarefaction)).
     pub unseen: f64,
-    /// Upper 95 % limit of the number of unseen saddles; `None` if it is above 1000 and above 20 times the number met.
+    /// Upper 95 % limit of the number of unseen saddles; `None` if it is above 1000 and above 20 times the number met, or if
+    /// searches are planned.
     pub unseen_below: Option<usize>,
     /// Probability that no saddle, and so no minimum, is unseen; 0 if there is a doubt.
     pub sure: f64,
@@ -81,6 +87,7 @@ pub struct Coverage {
 pub(super) struct Counts<'a> {
     pub(super) searches: usize,
     pub(super) last_new: usize,
+    pub(super) planned: usize,
     pub(super) unfinished: usize,
     pub(super) hits: &'a [usize],
     /// Number of descents from random points that ended in each minimum.
@@ -113,10 +120,15 @@ impl Coverage {
             Law::new(counts.hits)
         };
         let sure = law.none();
+        let most = MOST_UNSEEN[1].max(MOST_UNSEEN[0] * counts.hits.len());
+        // Each climb along a mode is made carefully and boldly, which meets the same saddle twice.
+        let finished = counts.planned == 0;
+        let news = (poisson_limit(once) / arrived.max(1) as f64).min(1.0);
         Self {
             searches: counts.searches,
             arrived,
             last_new: counts.last_new,
+            planned: counts.planned,
             once,
             twice,
             joined,
@@ -124,9 +136,9 @@ impl Coverage {
             unfinished: counts.unfinished,
             undrawn: counts.draws.iter().filter(|draws| **draws == 0).count(),
             chance_of_news: once as f64 / arrived.max(1) as f64,
-            chance_of_news_below: (poisson_limit(once) / arrived.max(1) as f64).min(1.0),
+            chance_of_news_below: if finished { news } else { 1.0 },
             unseen: unseen(arrived, once, twice),
-            unseen_below: law.bound(MOST_UNSEEN[1].max(MOST_UNSEEN[0] * counts.hits.len())),
+            unseen_below: finished.then(|| law.bound(most)).flatten(),
             sure: if counts.doubt.is_none() { sure } else { 0.0 },
             doubt: counts.doubt,
         }
@@ -288,11 +300,33 @@ mod tests {
         Coverage::new(&Counts {
             searches: 1000,
             last_new: 10,
+            planned: 0,
             unfinished: 0,
             hits,
             draws: &[100, 20, 0],
             doubt: None,
         })
+    }
+
+    #[test]
+    fn nothing_is_told_while_searches_are_planned() {
+        let counts = Counts {
+            searches: 1000,
+            last_new: 10,
+            planned: 1,
+            unfinished: 0,
+            hits: &[2; 300],
+            draws: &[100, 20],
+            doubt: Some(Doubt::Stopped),
+        };
+        let stopped = Coverage::new(&counts);
+        assert_eq!(stopped.unseen_below, None);
+        assert!(stopped.chance_of_news_below >= 1.0);
+        let ended = Coverage::new(&Counts {
+            planned: 0,
+            ..counts
+        });
+        assert!(ended.unseen_below.is_some() && ended.chance_of_news_below < 0.1);
     }
 
     #[test]
@@ -358,6 +392,7 @@ mod tests {
         let nothing = Coverage::new(&Counts {
             searches: 5,
             last_new: 0,
+            planned: 0,
             unfinished: 0,
             hits: &[],
             draws: &[],
@@ -409,6 +444,7 @@ mod tests {
         let found = Coverage::new(&Counts {
             searches: 1000,
             last_new: 10,
+            planned: 0,
             unfinished: 0,
             hits: &[40; 12],
             draws: &[100],

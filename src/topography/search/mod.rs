@@ -112,7 +112,7 @@ pub fn explore_from(
     let mut queue: VecDeque<Start> = (0..known.len()).map(Start::Known).collect();
     let (mut queued, mut round) = (0, 0);
     let mut joiner = Joiner::default();
-    let stopped = loop {
+    let planned = loop {
         let plan: Vec<Start> = (0..settings.batch.max(1))
             .map(|_| queue.pop_front().unwrap_or(Start::Random))
             .collect();
@@ -148,7 +148,7 @@ pub fn explore_from(
         }
         queued = census.minima.len();
         if census.searches >= settings.max_searches || run.is_over() {
-            break true;
+            break Some(queue.len());
         }
         let idle = census.searches - census.last_new;
         let patience = settings.patience.saturating_mul(census.found().max(1));
@@ -156,11 +156,11 @@ pub fn explore_from(
             && idle >= patience
             && !joiner.join(&searcher, &mut census, &counted, run)?
         {
-            break false;
+            break None;
         }
     };
     let spent = usize::try_from(counted.evaluations()).unwrap_or(usize::MAX);
-    Ok(census.finish(energy, spent, stopped))
+    Ok(census.finish(energy, spent, planned))
 }
 
 /// Starts from a minimum along its first modes, in both directions, carefully and boldly.

@@ -8,6 +8,7 @@ const CHIP = { height: 22, parked: 13 };
 const EVIDENCE_WORDS = {
   saddle: "a verified saddle: the true pass",
   seam: "the verified lowest point of a seam",
+  given: "a transition state of another program, taken at its word",
   path: "the top of a relaxed path",
   chain: "an upper bound: the pass may lie lower",
   none: "no path",

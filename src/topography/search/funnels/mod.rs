@@ -33,6 +33,8 @@ use crate::topography::{Phase, Tally};
 
 /// Teams of walkers that hop at the same time.
 const TEAMS: usize = 4;
+/// Share of the time after which hopping ends: the rest is for ways between the minima.
+const HOPPING: f64 = 0.5;
 /// Tolerance of the gradient of a hop, relative to that of other descents, and of its energy, relative to the tolerance
 /// within which two minima are the same.
 const SLOPPY: (f64, f64) = (1e4, 100.0);
@@ -210,7 +212,7 @@ impl Growth<'_> {
         let mut ended: Vec<f64> = Vec::new();
         let mut round = 0;
         loop {
-            if self.run.is_over() {
+            if (self.run.enough)(HOPPING) {
                 self.report.stopped = true;
                 return Ok(met);
             }
@@ -491,6 +493,7 @@ impl Growth<'_> {
         let coverage = Coverage::new(&Counts {
             searches: usize::try_from(tasks).unwrap_or(usize::MAX),
             last_new,
+            planned: 0,
             unfinished: 0,
             hits: &hits,
             draws: &draws,

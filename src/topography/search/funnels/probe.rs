@@ -43,8 +43,14 @@ impl SizeProbe {
     }
 }
 
-/// Descends from up to a thousand random points and compares the energies. The result depends on the seed alone.
-pub fn probe_size(energy: &dyn Energy, draw: &Draw<'_>, settings: &SearchSettings) -> SizeProbe {
+/// Descends from up to a thousand random points and compares the energies. The result depends on the seed alone, unless
+/// `enough`, which is asked before each descent, tells that there is no time for more.
+pub fn probe_size(
+    energy: &dyn Energy,
+    draw: &Draw<'_>,
+    settings: &SearchSettings,
+    enough: &(dyn Fn() -> bool + Sync),
+) -> SizeProbe {
     let counted = Counted::new(energy);
     let mut energies: Vec<f64> = Vec::new();
     let mut probe = SizeProbe {
@@ -57,6 +63,9 @@ pub fn probe_size(energy: &dyn Energy, draw: &Draw<'_>, settings: &SearchSetting
     let mut done = 0;
     for count in DESCENTS {
         let descent = |id: u64| {
+            if enough() {
+                return None;
+            }
             let start = draw(&mut stream(settings.seed, Task::Start, FIRST + id));
             let end = quench(&counted, &start, &settings.quench);
             settings.is_finished(&end).then_some(end.energy)
@@ -75,7 +84,7 @@ pub fn probe_size(energy: &dyn Energy, draw: &Draw<'_>, settings: &SearchSetting
             minima: hits.len() as f64 + unseen(energies.len(), met(1), met(2)),
             evaluations: usize::try_from(counted.evaluations()).unwrap_or(usize::MAX),
         };
-        if 2 * probe.distinct <= probe.descents {
+        if 2 * probe.distinct <= probe.descents || enough() {
             break;
         }
     }
