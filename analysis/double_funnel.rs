@@ -31,22 +31,22 @@ fn main() -> Result<(), Box<dyn Error>> {
         "# The double funnel of 38 Lennard-Jones atoms\n\nMade by `cargo run --release --example double_funnel -- {budget} {}`: each seed is one run of \
          `landscape surface lj 38 --seed SEED --budget {budget}`, from random starts and without any published number. The \
          lowest minimum is the truncated octahedron, and the bottom of the other funnel is icosahedral. Barriers are the heights \
-         of the lowest way found, all over verified saddles, and so upper bounds. Published: Doye, Miller and Wales, J. Chem. \
+         of the lowest way found, all over verified saddles, and so upper bounds. “Joined” are the minima from which a way to the octahedron is known. A run ends by its own rule, or when its time is over. Published: Doye, Miller and Wales, J. Chem. \
          Phys. 110, 6896 (1999).\n\n| run | octahedron | icosahedral | highest saddle between them | barrier from the octahedron | \
-         barrier from the icosahedral minimum | minima | saddles | million evaluations | seconds | threads |\n\
-         |---|---|---|---|---|---|---|---|---|---|---|\n",
+         barrier from the icosahedral minimum | minima | of these joined | saddles | million evaluations | seconds | threads |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|---|\n",
         seeds.join(" ")
     );
     let [octahedron, icosahedral, saddle] = PUBLISHED;
     writeln!(
         text,
-        "| published | {octahedron:.6} | {icosahedral:.6} | {saddle:.3} | {:.2} | {:.2} | 6000 | 8633 | | | |",
+        "| published | {octahedron:.6} | {icosahedral:.6} | {saddle:.3} | {:.2} | {:.2} | 6000 | | 8633 | | | |",
         saddle - octahedron,
         saddle - icosahedral
     )?;
     let mut first_height = None;
     for (number, seed) in seeds.iter().enumerate() {
-        let folder = PathBuf::from(format!("target/double_funnel/{seed}.landscape"));
+        let folder = PathBuf::from(format!("target/double_funnel/lj-38-seed-{seed}.landscape"));
         if !folder.exists() {
             let output = folder.display().to_string();
             landscape(&[
@@ -76,6 +76,10 @@ fn main() -> Result<(), Box<dyn Error>> {
             [Some(a), Some(b)] => tree.minimax(a, b),
             _ => None,
         };
+        let others = (0..files.minima.len()).map(MinimumId);
+        let joined = ends[0].map_or(0, |a| {
+            others.filter(|b| tree.minimax(a, *b).is_some()).count()
+        });
         let shown = |value: Option<f64>, digits: usize| {
             value.map_or("not found".to_owned(), |v| format!("{v:.digits$}"))
         };
@@ -86,13 +90,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         let seconds: f64 = seconds.filter_map(|phase| phase["seconds"].as_f64()).sum();
         writeln!(
             text,
-            "| seed {seed} | {} | {} | {} | {} | {} | {} | {} | {:.1} | {seconds:.0} | {} |",
+            "| seed {seed} | {} | {} | {} | {} | {} | {} | {} | {} | {:.1} | {seconds:.0} | {} |",
             energy(ends[0]),
             energy(ends[1]),
             shown(height, 3),
             shown(height.map(|height| height - octahedron), 2),
             shown(height.map(|height| height - icosahedral), 2),
             files.minima.len(),
+            joined,
             files.manifest.findings["saddles"],
             files.manifest.counts.evaluations as f64 / 1e6,
             timings["threads"],
@@ -113,8 +118,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Heat capacity and occupation of the funnels of one run.
 fn thermodynamics(seed: &str, height: Option<f64>) -> Result<String, Box<dyn Error>> {
-    let folder = format!("target/double_funnel/{seed}.landscape");
-    let output = format!("target/double_funnel/{seed}.thermodynamics");
+    let folder = format!("target/double_funnel/lj-38-seed-{seed}.landscape");
+    let output = format!("target/double_funnel/lj-38-seed-{seed}.thermodynamics");
     // Just below the way between the two funnels, where they are apart.
     let level = format!(
         "--level={}",

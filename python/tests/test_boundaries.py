@@ -71,9 +71,10 @@ def test_a_forked_process_is_told_to_spawn():
 
 
 def test_numbers_that_are_no_pose_are_refused():
-    energy = ls.Energy(ls.Hand("human"), ls.Object("ball"), preset="four_points")
-    pose = np.zeros((1, energy.coordinates))
-    for ask in (energy, energy.terms):
+    hand = ls.Hand("human")
+    energy = ls.Energy(hand, ls.Object("ball"), preset="four_points")
+    pose = np.zeros((1, len(hand.rest_pose)))
+    for ask in (energy, energy.evaluate):
         with pytest.raises(ls.InputError, match="row 0 has the quaternion .* length is 0"):
             ask(pose)
     pose[0, 3] = 1.0
@@ -100,7 +101,7 @@ def test_a_box_is_never_left():
         return -float(x[0]), np.array([-1.0])
 
     ends = ls.quench(downhill, [[0.5], [1.5]], ls.Box(), box=([0.0], [2.0]))
-    assert ends.points == pytest.approx(np.array([[2.0], [2.0]]), abs=1e-6)
+    assert ends.x == pytest.approx(np.array([[2.0], [2.0]]), abs=1e-6)
     assert min(asked) >= 0 and max(asked) <= 2
     with pytest.raises(ls.InputError, match="row 0 is outside the box"):
         ls.evaluate(downhill, [[5.0]], ls.Box(), box=([0.0], [2.0]))
@@ -136,7 +137,7 @@ def test_arrays_of_a_wrong_shape_are_refused():
     ],
 )
 def test_a_wrong_hessian_is_told(hessian, told):
-    assert len(ls.explore(wells, box=WELLS_BOX, hessian=curvature).saddles) == 1
+    assert ls.explore(wells, box=WELLS_BOX, hessian=curvature).saddles.rows == 1
     with pytest.raises(ls.EnergyError, match=told):
         ls.explore(wells, box=WELLS_BOX, hessian=hessian)
 
@@ -187,5 +188,5 @@ def test_equal_atoms_in_a_fixed_frame_have_no_numbers():
     same, other = (
         ls.explore(adatoms, ls.FixedFrame(elements, periodic=True), box=box, seed=1) for elements in [("Ar", "Ar"), ("Ar", "Kr")]
     )
-    assert (same.minima.rows, other.minima.rows) == (1, 2)
+    assert 0 < 2 * same.minima.rows == other.minima.rows
     assert same.minima.energy[0] == pytest.approx(other.minima.energy[0], abs=1e-9)

@@ -18,7 +18,7 @@ const COLUMNS: &[Column<StationaryRow>] = columns![
     energy,
     coordinates,
     gradient_norm,
-    curvatures,
+    curvatures if present,
     searches,
     verdict,
 ];
@@ -38,7 +38,8 @@ pub struct StationaryRow {
     pub coordinates: Vec<f64>,
     /// Norm of the gradient, energy per length.
     pub gradient_norm: f64,
-    /// Curvatures in ascending order, without free motions.
+    /// Curvatures in ascending order, without free motions. Empty where they are unknown, as on a face of a box; a table in
+    /// which all are empty lacks the column.
     pub curvatures: Vec<f64>,
     /// Number of searches that ended there.
     pub searches: u64,

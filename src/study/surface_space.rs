@@ -256,8 +256,8 @@ mod tests {
             assert_eq!((kind.kinds(), kind.is_periodic()), (None, wraps));
             let space = kind.space((&[0.0; 6], &[4.0; 6])).unwrap();
             let (a, b) = (
-                [0.5, 1.0, 1.0, 3.0, 2.0, 2.0],
-                [3.0, 2.0, 2.0, 3.9, 1.0, 1.0],
+                [0.5, 0.0, 0.0, 3.0, 2.0, 2.0],
+                [3.0, 2.0, 2.0, 3.9, 0.0, 0.0],
             );
             let along = if wraps { 0.6 } else { 3.4 };
             assert!((space.distance(&a, &b) - along).abs() < 1e-12, "{name}");
