@@ -78,9 +78,9 @@ def test_numbers_that_are_no_pose_are_refused():
         with pytest.raises(ls.InputError, match="row 0 has the quaternion .* length is 0"):
             ask(pose)
     pose[0, 3] = 1.0
-    usual, _ = energy(pose)
+    usual, _ = energy.evaluate(pose)
     pose[0, 3] = 1.0 + 1e-5
-    assert energy(pose)[0] == pytest.approx(usual, rel=1e-9), "a rounded quaternion is made one of unit length"
+    assert energy.evaluate(pose)[0] == pytest.approx(usual, rel=1e-9), "a rounded quaternion is made one of unit length"
     pose[0, -1] = 1e200
     with pytest.raises(ls.InputError, match="too large"):
         energy(pose)
@@ -190,3 +190,20 @@ def test_equal_atoms_in_a_fixed_frame_have_no_numbers():
     )
     assert 0 < 2 * same.minima.rows == other.minima.rows
     assert same.minima.energy[0] == pytest.approx(other.minima.energy[0], abs=1e-9)
+
+
+def test_maps_and_descents_take_functions_of_many_points_and_hessians():
+    def many(points):
+        x, y = points.T
+        return (x * x - 1) ** 2 + y * y, np.stack([4 * x * (x * x - 1), 2 * y], axis=1)
+
+    starts = [[-0.9, 0.1], [0.9, 0.1]]
+    ends = ls.quench(many, starts, box=WELLS_BOX, batch=True)
+    assert ends.x == pytest.approx(ls.quench(wells, starts, box=WELLS_BOX).x)
+    heights = [
+        ls.map(*which, starts, box=WELLS_BOX, **how).tree.merge_height(0, 1)
+        for which, how in [((wells,), {}), ((many,), {"batch": True}), ((wells,), {"hessian": curvature})]
+    ]
+    assert heights == pytest.approx([1.0, 1.0, 1.0], abs=1e-6)
+    with pytest.raises(ls.EnergyError, match="of the Hessian is"):
+        ls.map(wells, starts, box=WELLS_BOX, hessian=lambda x: -curvature(x))

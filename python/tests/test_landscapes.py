@@ -81,7 +81,7 @@ def test_compare_tells_of_the_taxonomy(mapped, tmp_path):
     assert written and (tmp_path / "one.md").stat().st_size > 100
     both = mapped.compare(mapped, seed=3)
     assert both != text and "type" in both
-    with pytest.raises(ls.InputError, match="not a landscape of grasps"):
+    with pytest.raises(ls.InputError, match="this needs one of grasps"):
         ls.explore("muller-brown").compare()
 
 
@@ -146,7 +146,7 @@ def test_pictures_of_a_path(cluster, mapped, tmp_path):
     assert b"<svg" in svg.read_bytes()[:400] and glb.read_bytes().startswith(b"glTF")
     with pytest.raises(ls.InputError, match="same minimum"):
         mapped.draw_path(1, 1, tmp_path / "none")
-    with pytest.raises(ls.InputError, match="not a landscape of grasps"):
+    with pytest.raises(ls.InputError, match="this needs one of grasps"):
         cluster.draw_path(0, 1, tmp_path / "none")
 
 

@@ -335,6 +335,8 @@ def map(
     box: tuple[ArrayLike, ArrayLike] | None = None,
     seed: int = 0,
     out: StrPath | None = None,
+    hessian: Callable[[Floats], Any] | None = None,
+    batch: bool = False,
     neighbours: int | None = None,
     group_barrier: float | None = None,
     check_gradient: bool = True,
@@ -348,7 +350,7 @@ def map(
 
     Parameters
     ----------
-    function, space, seed, out, group_barrier, check_gradient, name, threads, progress
+    function, space, seed, out, hessian, batch, group_barrier, check_gradient, name, threads, progress
         As in :func:`explore`. The space cannot be ``Box()``.
     minima
         Points from which descents lead to the minima, shape (k, n).
@@ -368,7 +370,7 @@ def map(
     group_barrier, starts = magnitude_or_none("group_barrier", group_barrier), points_of("minima", minima)
     keeps = None if out is not None else Folder()
     target = Path(out) if keeps is None else keeps / "surface.landscape"  # type: ignore[arg-type]
-    surface, chosen, _ = _surface(function, space, box, starts, None, False, name, threads)
+    surface, chosen, _ = _surface(function, space, box, starts, hessian, batch, name, threads)
     told = f"landscape.map({name or _name(function)}, {starts.shape} points, {chosen!r}, seed={seed}) in Python"
     surface.map(starts, _search(
         target, told, seed=seed, check_gradient=check_gradient, quiet=not wanted(progress), neighbours=neighbours,
@@ -379,14 +381,14 @@ def map(
 
 def quench(
     function: EnergyFunction, starts: ArrayLike, space: Space | None = None, *, gradient_tolerance: float | None = None,
-    box: tuple[ArrayLike, ArrayLike] | None = None, check_gradient: bool = True, threads: int | None = None,
+    batch: bool = False, box: tuple[ArrayLike, ArrayLike] | None = None, check_gradient: bool = True, threads: int | None = None,
 ) -> Descents:
     """Descends from points to minima by L-BFGS (J. Nocedal, Math. Comput. 35, 773 (1980)).
 
     Parameters
     ----------
-    function, space, check_gradient, threads
-        As in :func:`explore`.
+    function, space, batch, check_gradient, threads
+        As in :func:`explore`. Descents ask a function with ``batch=True`` at one point at a time.
     starts
         Points from which to descend, shape (k, n).
     gradient_tolerance
@@ -405,7 +407,7 @@ def quench(
         As in :func:`explore`.
     """
     begun, tolerance = points_of("starts", starts), magnitude_or_none("gradient_tolerance", gradient_tolerance)
-    surface, _, _ = _surface(function, space, box, begun, None, False, None, threads)
+    surface, _, _ = _surface(function, space, box, begun, None, batch, None, threads)
     return Descents(*surface.quench(begun, tolerance, check_gradient))
 
 
