@@ -33,5 +33,5 @@ surface torsion torsion 1 3 1 3 1 2
 node "$pictures/camera.mjs" "$work" "$work/pictures" "$work/frames"
 img2webp -loop 0 -d 70 -lossy -q 78 -m 4 -kmin 30 -kmax 60 "$work"/frames/*.png -o "$work/pictures/loop.webp" > log
 mv "$work"/pictures/*.webp "$pictures/"
-python3 "$pictures/callouts.py"
+${PYTHON:-python3} "$pictures/callouts.py"
 ls -l "$pictures"/*.webp
