@@ -67,12 +67,12 @@ def settings_page(program, command):
     flag = "--settings" if command == "stability" else "--config"
     parts = [
         f"# Settings of {command}\n",
-        f"`landscape config {command}` prints this file, and `landscape {command} {flag} FILE` reads it. "
+        f"`landscape config {command}` prints such a file, and `landscape {command} {flag} FILE` reads it. "
         "[Use from scripts](../scripts.md#settings-in-files) tells what a file may leave out.\n",
     ]
     if command == "stability":
         for protocol, about in PROTOCOLS.items():
-            parts += [f"## {protocol}: {about}\n", block(told(program, "config", command, "--protocol", protocol), "toml")]
+            parts += [f"## {protocol}: {about}\n", f"`landscape config {command} --protocol {protocol}` prints:\n", block(told(program, "config", command, "--protocol", protocol), "toml")]
     else:
         parts.append(block(told(program, "config", command), "toml"))
     return "\n".join(parts)

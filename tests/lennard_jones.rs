@@ -127,7 +127,7 @@ fn sizes_are_told_apart() {
             landscape::energy::model::named(&["lj".to_owned(), atoms.to_string()]).unwrap();
         let draw = in_box(&surface.low, &surface.high);
         let settings = SearchSettings::measured(&*surface.energy, &draw, 1);
-        let probe = probe_size(&*surface.energy, &draw, &settings, &|| false);
+        let probe = probe_size(&*surface.energy, &draw, &settings, &|_| false);
         assert_eq!(
             probe.is_too_large(&settings),
             too_large,

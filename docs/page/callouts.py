@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Cuts parts out of the pictures of this folder and numbers what docs/pictures.md explains: docs/page/callouts.py
 
-Needs Pillow. screenshots.sh calls this. The places below are those of the present pictures, so look at the results after the
+Needs Pillow 10.1 or later (pip install pillow). screenshots.sh calls this. The places below are those of the present pictures, so look at the results after the
 page has changed.
 """
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Makes the pictures of this folder and the loop of the README: docs/page/screenshots.sh [PROGRAM]
 # Builds the pages with the program (by default target/release/landscape), which takes some minutes. Needs chromium, nodejs,
-# webp and python3-pil from Debian. At the end callouts.py numbers parts of some pictures: look at them.
+# webp from Debian, and a Python (PYTHON) with Pillow 10.1 or later. At the end callouts.py numbers parts of some pictures: look at them.
 set -euo pipefail
 program=$(realpath "${1:-$(dirname "$0")/../../target/release/landscape}")
 cd "$(dirname "$0")"

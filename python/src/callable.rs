@@ -25,6 +25,8 @@ const BATCH: usize = 1024;
 const ASYMMETRY: f64 = 1e-6;
 /// Largest difference between a Hessian and differences of the gradient, as a share of its largest element.
 const HESSIAN_ERROR: f64 = 1e-2;
+/// Rounding error of a gradient, as a share of the steepest one that was seen.
+const ROUNDING: f64 = 1e-11;
 
 /// A function of the caller, and what became of it.
 pub(crate) struct Asked {
@@ -320,6 +322,14 @@ impl Asked {
             return Ok(());
         };
         let n = self.tangents;
+        let largest = |values: &[f64]| values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        // The slopes of the probed points tell how much rounding there is in their differences.
+        let mut slopes = vec![0.0; n];
+        let steepest = points.iter().fold(0.0, |most: f64, x| {
+            energy.evaluate(x, &mut slopes);
+            most.max(largest(&slopes))
+        });
+        let rounding = ROUNDING * steepest / step;
         for x in points {
             let mut given = vec![0.0; n * n];
             if !self.asked(false, |py| self.ask_hessian(py, function, x, &mut given)) {
@@ -335,8 +345,15 @@ impl Asked {
             if !hessian_from_gradients(energy.space(), x, step, slopes, &mut measured) {
                 continue;
             }
-            let largest = measured.iter().fold(0.0, |most: f64, h| most.max(h.abs()));
-            let differs = |(a, b): (&f64, &f64)| (a - b).abs() > HESSIAN_ERROR * largest;
+            // Where rotations do not commute, slopes along one after the other differ by half a slope.
+            for (row, column) in (0..n).flat_map(|row| (0..row).map(move |column| (row, column))) {
+                let mean = f64::midpoint(measured[row * n + column], measured[column * n + row]);
+                measured[row * n + column] = mean;
+                measured[column * n + row] = mean;
+            }
+            let largest = largest(&measured).max(largest(&given));
+            let allowed = (HESSIAN_ERROR * largest).max(rounding);
+            let differs = |(a, b): (&f64, &f64)| (a - b).abs() > allowed;
             if let Some(place) = given.iter().zip(&measured).position(differs) {
                 return Err(wrong(
                     x,

@@ -50,9 +50,6 @@ impl std::fmt::Debug for Parts {
     }
 }
 
-/// Share of the time that the estimate of the size of the landscape may take.
-const PROBE: f64 = 0.1;
-
 /// What a search does beside asking the function.
 #[derive(Debug, FromPyObject)]
 pub(crate) struct Search {
@@ -178,7 +175,7 @@ impl Parts {
             "all" => false,
             "lowest" => true,
             _ => {
-                let probe = probe_size(energy, &draw, &settings, &|| enough(PROBE));
+                let probe = probe_size(energy, &draw, &settings, &enough);
                 probed = probe.evaluations as u64;
                 probe.is_too_large(&settings)
             }

@@ -63,10 +63,14 @@ pub(crate) fn attached(thread: ThreadBuilder) {
     ATTACHED.fetch_sub(1, Ordering::SeqCst);
 }
 
-/// Ends all searches that call functions and waits until the last call has returned. The interpreter calls it before it
-/// ends: a thread that came back to an interpreter that has ended would end the process by force.
+/// Ends all searches that call functions and waits until their threads have ended, and so until the last call has returned.
+/// The interpreter calls it before it ends: a thread that came back to an interpreter that has ended would end the process
+/// by force. A forked process has none of these threads.
 #[pyfunction]
 pub(crate) fn finish(py: Python<'_>) -> PyResult<()> {
+    if HOME.get().is_some_and(|home| *home != std::process::id()) {
+        return Ok(());
+    }
     ENDING.store(true, Ordering::SeqCst);
     while ATTACHED.load(Ordering::SeqCst) > 0 {
         py.detach(|| std::thread::sleep(TICK));
@@ -127,9 +131,17 @@ pub(crate) fn panic(py: Python<'_>, words: String, aside: bool) -> PyResult<()> 
     }
 }
 
-/// Runs short work on this thread without the interpreter. A panic becomes an exception.
+/// Runs short work without the interpreter, on this thread. A thread of a pool, which runs a function of the caller, lets
+/// another one work: while it waited for parts of the work, it would take up another call of the same function. A panic
+/// becomes an exception.
 pub(crate) fn briefly<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     at_home()?;
-    let done = py.detach(|| catch_unwind(AssertUnwindSafe(work)));
+    let run = || catch_unwind(AssertUnwindSafe(work));
+    let done = py.detach(|| {
+        if rayon::current_thread_index().is_none() {
+            return run();
+        }
+        std::thread::scope(|scope| scope.spawn(run).join().unwrap_or_else(Err))
+    });
     done.map_err(|payload| panicked(py, &*payload))
 }

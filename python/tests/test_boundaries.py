@@ -30,21 +30,57 @@ ENDING = """
 import threading, time
 import landscape as ls
 
+called = threading.Event()
+
 def slow(x):
-    if threading.main_thread().is_alive() is False or time.monotonic() > begun + 0.5:
-        time.sleep(1.0)
+    called.set()
+    time.sleep(1.0)
     return float((x**2).sum()), 2 * x
 
-begun = time.monotonic()
-search = threading.Thread(target=lambda: ls.explore(slow, box=([-1, -1], [1, 1])), daemon=True)
-search.start()
-time.sleep(1.0)
-print("ended")
+threading.Thread(target=lambda: ls.explore(slow, box=([-1, -1], [1, 1])), daemon=True).start()
+print("called", called.wait(60))
 """
 
 
 def test_a_running_function_does_not_end_the_process_by_force():
-    done = subprocess.run([sys.executable, "-c", ENDING], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([sys.executable, "-c", ENDING], capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stdout) == (0, "called True\n"), done.stderr
+
+
+FORKING = ENDING + """
+import os, sys
+child = os.fork()
+if child == 0:
+    sys.exit(0)
+print("child", os.waitpid(child, 0)[1])
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_a_process_forked_during_a_search_ends():
+    done = subprocess.run([sys.executable, "-W", "ignore", "-c", FORKING], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0 and "child 0\n" in done.stdout, done.stderr
+
+
+LOCKED = """
+import threading
+import numpy as np
+import landscape as ls
+
+ball, lock, points = ls.Object("ball"), threading.Lock(), np.full((4000, 3), 0.1)
+
+def careful(x):
+    with lock:
+        ball.distance(points)
+    return float((x**2).sum()), 2 * x
+
+ls.evaluate(careful, np.zeros((200, 2)), box=(-1, 1), threads=4)
+print("ended")
+"""
+
+
+def test_a_function_that_holds_a_lock_may_call_native_work():
+    done = subprocess.run([sys.executable, "-c", LOCKED], capture_output=True, text=True, timeout=120)
     assert (done.returncode, done.stdout) == (0, "ended\n"), done.stderr
 
 
@@ -148,19 +184,22 @@ def test_quench_checks_the_gradient():
 
 
 def test_a_command_that_waits_for_its_turn_is_cancelled_too():
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    first = threading.Thread(target=lambda: ls.explore("lj 9", seed=1, budget_s=6))
+    usual = signal.signal(signal.SIGINT, signal.default_int_handler)
+    first = threading.Thread(target=lambda: ls.explore("lj 13", search="all", budget_s=8))
     first.start()
     time.sleep(1.0)
     threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT)).start()
     started = time.monotonic()
-    with pytest.raises(KeyboardInterrupt):
-        ls.explore("lj 20", budget_s=60)
-    assert time.monotonic() - started < 3
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            ls.explore("lj 20", budget_s=300)
+    finally:
+        signal.signal(signal.SIGINT, usual)
+    assert time.monotonic() - started < 3 and first.is_alive(), "it waited for its turn"
     first.join()
     started = time.monotonic()
     assert ls.explore("muller-brown").minima.rows == 3
-    assert time.monotonic() - started < 20, "the cancelled search did not run"
+    assert time.monotonic() - started < 60, "the cancelled search did not run"
 
 
 def test_what_was_repaired_is_noted(tmp_path):
@@ -207,3 +246,36 @@ def test_maps_and_descents_take_functions_of_many_points_and_hessians():
     assert heights == pytest.approx([1.0, 1.0, 1.0], abs=1e-6)
     with pytest.raises(ls.EnergyError, match="of the Hessian is"):
         ls.map(wells, starts, box=WELLS_BOX, hessian=lambda x: -curvature(x))
+
+
+def test_hessians_are_compared_fairly():
+    # Far from stationary points, slopes along one rotation after the other differ from second derivatives.
+    m = np.diag([1.0, 2.0, 4.0, 7.0])
+    axes = [np.array(axis) for axis in ([0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1])]
+
+    def times(a, b):
+        (p, u), (q, v) = (a[0], a[1:]), (b[0], b[1:])
+        return np.concatenate([[p * q - u @ v], p * v + q * u + np.cross(u, v)])
+
+    def form(q):
+        return q @ m @ q, np.array([q @ m @ times(q, axis) for axis in axes])
+
+    def second(q):
+        return np.array([[0.5 * times(q, a) @ m @ times(q, b) - 0.5 * (a @ b) * (q @ m @ q) for a in axes] for b in axes])
+
+    assert ls.explore(form, ls.Rotations(), hessian=second).minima.rows >= 1
+    # Where all is flat, there is rounding only.
+    assert ls.explore(
+        lambda x: (float(np.tanh(10 * x[0]) ** 2), np.array([20 * np.tanh(10 * x[0]) / np.cosh(10 * x[0]) ** 2])),
+        box=([-2.0], [2.0]),
+        hessian=lambda x: np.array([[200 * (1 - 3 * np.tanh(10 * x[0]) ** 2 + 2 * np.tanh(10 * x[0]) ** 4) + 0.0]]),
+    ).minima.rows == 1
+
+
+def test_frames_are_told_what_they_lack():
+    with pytest.raises(ls.InputError, match="box"):
+        ls.evaluate(wells, np.zeros((1, 6)), ls.FixedFrame(("Ar", "Ar"), periodic=True))
+    with pytest.raises(ls.InputError, match="list of the element"):
+        ls.evaluate(wells, np.zeros((1, 9)), ls.FixedFrame("Ar2"), box=(-1, 1))
+    with pytest.raises(ls.InputError, match="wrap alike"):
+        ls.evaluate(wells, np.zeros((1, 6)), ls.FixedFrame(("Ar", "Ar"), periodic=True), box=([0.0] * 6, [4.0, 4, 4, 5, 4, 4]))

@@ -191,8 +191,7 @@ def busiest(**how):
 def test_calls_share_the_threads_that_python_allows():
     locked = getattr(sys, "_is_gil_enabled", lambda: True)()
     usual, energies, gradients = busiest()
-    assert usual == (1 if locked else min(os.cpu_count(), usual))
-    assert locked or os.cpu_count() == 1 or usual > 1
+    assert usual == 1 if locked else 1 <= usual <= os.cpu_count()
     for threads in (1, 3):
         most, again, slopes = busiest(threads=threads)
         assert (most > 1) == (threads > 1) and most <= threads

@@ -209,6 +209,20 @@ impl Stop {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// The turn of the call, which ends with what is returned, even by a panic.
+    fn turn_of(&self, bars: bool) -> impl Drop + '_ {
+        struct Running<'a>(&'a Stop);
+        impl Drop for Running<'_> {
+            fn drop(&mut self) {
+                progress::want_bars(false);
+                self.0.set_running(false);
+            }
+        }
+        self.set_running(true);
+        progress::want_bars(bars);
+        Running(self)
+    }
+
     /// Begins or ends the turn of the call.
     fn set_running(&self, running: bool) {
         let mut turn = self.turn();
@@ -241,15 +255,12 @@ pub fn call(
         }
     };
     let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
-    stop.set_running(true);
-    progress::want_bars(bars);
+    let _turn = stop.turn_of(bars);
     let (result, text) = printing::taking(|| {
         interruption::check()?;
         printing::begin(&arguments.common);
         arguments.common.on_threads(|| dispatch(&arguments))
     });
-    progress::want_bars(false);
-    stop.set_running(false);
     match result {
         Ok(()) => Ok(text),
         Err(error) => Err(CallError {

@@ -360,7 +360,7 @@ impl Hand {
     /// refers to.
     ///
     /// Joints may be hinges, slides, fixed, or follow others. Geometry may be spheres, capsules, cylinders, boxes,
-    /// ellipsoids and meshes; a mesh is replaced by its convex hull. The collision geometry of a link is used, or its
+    /// ellipsoids and meshes; a mesh is replaced by its convex hull, or by those of its pieces. The collision geometry of a link is used, or its
     /// visual geometry if it has no other. Joint coordinates have the order of the joints in the file. [`Hand::notes`]
     /// lists what was left out.
     ///

@@ -35,13 +35,23 @@ impl FixedFrame {
     /// Atoms of these kinds, one for every three coordinates of the cell.
     ///
     /// # Panics
-    /// If there are not three coordinates for each atom.
+    /// If there are not three coordinates for each atom, or atoms of one kind have different periods.
     pub fn new(cell: Periodic, kinds: &[usize]) -> Self {
         assert_eq!(
             cell.coordinates(),
             3 * kinds.len(),
             "an atom has three coordinates"
         );
+        for (atom, kind) in kinds.iter().enumerate() {
+            let first = kinds.iter().position(|each| each == kind).unwrap_or(atom);
+            assert!(
+                (0..3).all(|k| {
+                    let [one, other] = [atom, first].map(|atom| cell.period(3 * atom + k));
+                    one.total_cmp(&other).is_eq() || (one - other).abs() <= 1e-9 * one
+                }),
+                "atoms of one kind wrap alike"
+            );
+        }
         Self {
             cell,
             kinds: kinds.to_vec(),

@@ -40,6 +40,10 @@ impl Periodic {
         }
     }
 
+    pub(super) fn period(&self, k: usize) -> f64 {
+        self.periods[k]
+    }
+
     /// A difference of coordinate `k`, to the nearest image.
     pub(super) fn wrapped(&self, difference: f64, k: usize) -> f64 {
         wrapped(difference, self.periods[k])

@@ -218,8 +218,8 @@ impl<'a> Kinetics<'a> {
         if self.states.left_out > 0 {
             let _ = writeln!(
                 text,
-                "\n{} connections are no verified saddles or lie on a face of a box, so they have no curvatures and are left \
-                 out.",
+                "\nConnections without curvatures are left out, {} in number: they are bounds or lie on the faces of a box, or their \
+                 rows of ts.data hold placeholders.",
                 self.states.left_out
             );
         }

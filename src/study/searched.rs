@@ -55,22 +55,15 @@ impl Searched {
             let inside = (!on_face(x)).then(|| curvatures(&counted, x, step));
             inside.flatten().unwrap_or_default()
         };
-        let coverage = &mut self.found.coverage;
-        self.found.saddles.retain(|saddle| {
-            let artefact = on_face(&saddle.coordinates) && is_mirrored(saddle);
-            if artefact {
-                let met = match saddle.hits {
-                    0 => Some(&mut coverage.joined),
-                    1 => Some(&mut coverage.once),
-                    2 => Some(&mut coverage.twice),
-                    _ => None,
-                };
-                if let Some(met) = met {
-                    *met = met.saturating_sub(1);
-                }
-            }
-            !artefact
-        });
+        let artefact =
+            |saddle: &TransitionState| on_face(&saddle.coordinates) && is_mirrored(saddle);
+        self.found.saddles.retain(|saddle| !artefact(saddle));
+        let hits: Vec<usize> = (self.found.saddles.iter())
+            .map(|saddle| saddle.hits)
+            .collect();
+        let minima = self.found.minima.iter();
+        let draws: Vec<usize> = minima.map(|minimum| minimum.members.len()).collect();
+        self.found.coverage = self.found.coverage.of(&hits, &draws);
         for (minimum, audit) in self.found.minima.iter().zip(&mut self.found.audits) {
             audit.curvatures = measured(&minimum.coordinates);
         }

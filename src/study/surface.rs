@@ -320,6 +320,12 @@ impl SurfaceReport<'_> {
                  clock decided where it stopped"
                     .to_owned(),
             );
+        } else if self.lowest.is_some_and(|report| report.hopping_stopped) {
+            warnings.push(
+                "half of the time of --budget was over before the hops to the lowest minima ended by themselves; lower ones are \
+                 likely, and the clock decided where the hops stopped"
+                    .to_owned(),
+            );
         } else if stopped {
             let kind = if self.lowest.is_some() {
                 "lowest"
@@ -354,7 +360,7 @@ impl SurfaceReport<'_> {
         let [minima, saddles] = self.on_faces();
         if minima + saddles > 0 {
             warnings.push(format!(
-                "{minima} minima and {saddles} saddles lie on a face of the box, where their curvatures are not told: min.data \
+                "on a face of the box, curvatures are not told. Minima there: {minima}; saddles there: {saddles}. min.data \
                  and ts.data hold placeholders, and `thermodynamics` and `rates` cannot count these points"
             ));
         }
@@ -583,8 +589,8 @@ fn completeness(coverage: &Coverage) -> String {
     let limits = "as far as numbers of hits can tell: a saddle much harder to meet than all of these is not covered";
     if coverage.planned > 0 {
         return format!(
-            "nothing is claimed, since the search was stopped before {} searches along modes of known minima, which find \
-             most saddles: how many are missing cannot be told",
+            "nothing is claimed, since the search was stopped before {} planned searches, most of them along modes of known \
+             minima, which find most saddles: how many are missing cannot be told",
             coverage.planned
         );
     }

@@ -51,6 +51,9 @@ pub enum CoordinatesError {
     /// A quaternion has four coordinates.
     #[error("{0} coordinates, and a quaternion has four")]
     Rotation(usize),
+    /// Atoms of one element wrap alike.
+    #[error("sides of different length for atoms of one element, which wrap alike")]
+    Unlike,
     /// The period of a coordinate is the length of its side of the region.
     #[error("periodic coordinates need a region whose sides are longer than 0")]
     Sides,
@@ -144,7 +147,12 @@ impl Coordinates {
         Ok(match self {
             Self::Periodic => Box::new(cell),
             Self::FixedFrame { elements, .. } if count == 3 * elements.len() => {
-                Box::new(FixedFrame::new(cell, &kinds(elements)))
+                let kinds = kinds(elements);
+                let unlike = |k: usize| unlike(sides[k], sides[3 * kinds[k / 3] + k % 3]);
+                if (0..count).any(unlike) {
+                    return Err(CoordinatesError::Unlike);
+                }
+                Box::new(FixedFrame::new(cell, &kinds))
             }
             Self::Flat | Self::Box => Box::new(Euclidean::new(count)),
             Self::Angles => Box::new(Torus::new(count)),
@@ -163,6 +171,11 @@ impl Coordinates {
             Self::Rotation => return Err(CoordinatesError::Rotation(count)),
         })
     }
+}
+
+/// Whether two periods differ by more than rounding.
+fn unlike(one: f64, other: f64) -> bool {
+    (one - other).abs() > 1e-9 * one
 }
 
 /// A number for each element, equal for equal ones.
@@ -262,6 +275,8 @@ mod tests {
             let along = if wraps { 0.6 } else { 3.4 };
             assert!((space.distance(&a, &b) - along).abs() < 1e-12, "{name}");
             assert!(kind.space((&[0.0; 9], &[4.0; 9])).is_err());
+            let unlike = kind.space((&[0.0; 6], &[4.0, 4.0, 4.0, 5.0, 4.0, 4.0]));
+            assert_eq!(unlike.err(), wraps.then_some(CoordinatesError::Unlike));
         }
     }
 

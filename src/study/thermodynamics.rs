@@ -361,8 +361,8 @@ impl<'a> Thermodynamics<'a> {
         if states.left_out > 0 {
             let _ = writeln!(
                 text,
-                "\n{} connections are no verified saddles or lie on a face of a box, so they have no curvatures and are left out \
-                 of the free energies.",
+                "\nConnections without curvatures are left out of the free energies, {} in number: they are bounds or lie on the \
+                 faces of a box, or their rows of ts.data hold placeholders.",
                 states.left_out
             );
         }
@@ -472,7 +472,7 @@ fn range_of(states: &NetworkOfStates, wells: &Superposition) -> Vec<f64> {
     let spread = entropies.iter().position(hot).unwrap_or(0);
     let cold = (0..spread).rev().find(|k| ground(grid[*k]) >= COLD);
     let (low, high) = match (cold, spread) {
-        (Some(cold), _) => (grid[cold], grid[spread.max(cold + 1)]),
+        (Some(cold), _) => (grid[cold], grid[spread]),
         // No temperature separates a single energy from others.
         (None, 0) => (
             0.01 * libm::pow(10.0_f64, f64::from(decade)),

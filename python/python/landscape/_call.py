@@ -64,6 +64,8 @@ def _is_help(told: str) -> bool:
 
 def _sentence(told: str) -> str:
     """The sentence and the tips of an error of the command line, without the paragraphs about its usage."""
+    if not told.startswith("error: "):
+        return told
     paragraphs = told.removeprefix("error: ").split("\n\n")
     kept = [each for each in paragraphs if not each.startswith(("Usage: ", "For more information, try "))]
     return "; ".join(" ".join(line.strip() for line in each.splitlines()) for each in kept)

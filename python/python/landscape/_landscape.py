@@ -373,7 +373,7 @@ class Landscape:
         command("compare", self.folder, *words, *given, "--quiet", "--output", stem, progress=progress)
         written = stem.with_name(stem.name + ".md").read_text(encoding="utf-8")
         # The last line of the file is a comment that tells its maker.
-        return written.rpartition("\n<!-- ")[0]
+        return written.rsplit("\n<!-- ", 1)[0]
 
     def draw(
         self, out: StrPath, *, lowest: int | None = None, deepest: int | None = None,

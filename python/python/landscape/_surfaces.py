@@ -125,6 +125,8 @@ def _kind(space: Space) -> str:
     name = _KINDS[type(space)]
     if not isinstance(space, (Atoms, FixedFrame)) or space.elements is None:
         return name
+    if isinstance(space.elements, str):
+        raise InputError(f"elements {space.elements!r}: a list of the element of each atom is needed, such as ['Ar', 'Ar']")
     elements = [str(element) for element in space.elements]
     if isinstance(space, Atoms) and len(elements) != space.n:
         raise InputError(f"elements: there are {len(elements)} of them, but {space.n} atoms")
@@ -151,7 +153,7 @@ def _ends(space: Space, box: Any, given: Floats | None) -> tuple[list[float], li
             box = (-math.pi, math.pi)
         elif isinstance(space, Rotations):
             box = (-1.0, 1.0)
-        elif given is not None and given.size and not isinstance(space, (Periodic, Box)):
+        elif given is not None and given.size and not isinstance(space, (Periodic, Box)) and not getattr(space, "periodic", False):
             low, high = given.min(axis=0), given.max(axis=0)
             side = np.maximum(high - low, (high - low).max() or 1.0)
             return (low - 0.1 * side).tolist(), (high + 0.1 * side).tolist()
@@ -485,7 +487,7 @@ def from_ase(atoms: Any, calculator: Any) -> AseEnergy:
         If atoms are held by constraints, or the cell is periodic.
     """
     if atoms.get_pbc().any():
-        raise InputError("atoms in a periodic cell: keep one atom fixed and write a function on Periodic()")
+        raise InputError("atoms in a periodic cell: keep one atom fixed and write a function on FixedFrame(elements, periodic=True)")
     if len(atoms.constraints):
-        raise InputError("atoms with constraints: write a function of the free coordinates on Euclidean(n)")
+        raise InputError("atoms with constraints: write a function of the free atoms on FixedFrame(elements)")
     return AseEnergy(atoms, calculator)

@@ -213,9 +213,6 @@ begins anew."#;
 /// Returns the error of the energy, if any.
 type Check<'a> = dyn Fn() -> anyhow::Result<()> + Sync + 'a;
 
-/// Share of the time that the estimate of the size of the landscape may take.
-const PROBE: f64 = 0.1;
-
 pub(super) fn run(command: &Surface, common: &Common) -> anyhow::Result<()> {
     let started = Instant::now();
     for (flag, value) in [
@@ -392,7 +389,7 @@ fn map(
     let mut probed = 0;
     let usual = configuration.lowest(LowestSettings::default())?;
     let lowest = command.extent.settings(&settings, &usual, || {
-        let probe = probe_size(subject.energy, &draw, &settings, &|| enough(PROBE));
+        let probe = probe_size(subject.energy, &draw, &settings, &enough);
         probed = probe.evaluations as u64;
         probe
     });

@@ -164,8 +164,15 @@ fn searched(manifest: &Manifest) -> Option<Statement> {
         short: format!("nothing new after search {last_new} of {searches}"),
         long: format!(
             "{searches} searches were made, and the last new minimum or saddle came with search {last_new}. {once} saddles \
-             were met only once. The next search that ends at a saddle ends at a new one with a chance of {:.2} %.{}",
-            100.0 * chance,
+             were met only once.{}{}",
+            if coverage["planned"].as_u64().unwrap_or(0) > 0 {
+                String::new()
+            } else {
+                format!(
+                    " The next search that ends at a saddle ends at a new one with a chance of {:.2} %.",
+                    100.0 * chance
+                )
+            },
             if doubted {
                 " Completeness is not claimed, for a reason that summary.md gives."
             } else {

@@ -213,7 +213,7 @@ impl Database {
             .collect();
         if raised > 0 {
             notes.push(format!(
-                "{raised} transition states lay below a minimum that they join by no more than rounding, and were raised to it"
+                "transition states that lay below a minimum that they join, by no more than rounding, were raised to it: {raised}"
             ));
         }
         Ok(Reading {

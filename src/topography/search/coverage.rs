@@ -51,8 +51,8 @@ pub struct Coverage {
     pub arrived: usize,
     /// Number of the search that found the last new stationary point.
     pub last_new: usize,
-    /// Searches along modes of known minima that had not been made when the search was stopped. While there are any, the
-    /// others say nothing about how many saddles are missing.
+    /// Planned searches, most of them along modes of known minima, that had not been made when the search was stopped. While
+    /// there are any, the others say nothing about how many saddles are missing.
     #[serde(default)]
     pub planned: usize,
     /// Saddles met once.
@@ -109,6 +109,19 @@ const NARROW: f64 = 500.0;
 const NEVER: f64 = 0.5;
 
 impl Coverage {
+    /// The same search, if these are the hits of its saddles and the draws of its minima.
+    pub(crate) fn of(&self, hits: &[usize], draws: &[usize]) -> Self {
+        Self::new(&Counts {
+            searches: self.searches,
+            last_new: self.last_new,
+            planned: self.planned,
+            unfinished: self.unfinished,
+            hits,
+            draws,
+            doubt: self.doubt,
+        })
+    }
+
     pub(super) fn new(counts: &Counts<'_>) -> Self {
         let count = |hits: usize| counts.hits.iter().filter(|h| **h == hits).count();
         let (joined, once, twice) = (count(0), count(1), count(2));

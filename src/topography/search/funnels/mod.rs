@@ -100,6 +100,9 @@ pub struct LowestReport {
     pub rounds: usize,
     /// The last round that changed the tree.
     pub last_change: usize,
+    /// Whether the time for hops was over before they ended by themselves.
+    #[serde(default)]
+    pub hopping_stopped: bool,
     /// Whether the search was stopped before it ended by itself.
     pub stopped: bool,
     /// The state after some of the rounds.
@@ -213,7 +216,7 @@ impl Growth<'_> {
         let mut round = 0;
         loop {
             if (self.run.enough)(HOPPING) {
-                self.report.stopped = true;
+                self.report.hopping_stopped = true;
                 return Ok(met);
             }
             let tally = Tally::after(
@@ -543,7 +546,7 @@ impl Growth<'_> {
             search_ends: ends,
             coverage,
             evaluations,
-            stopped: report.stopped,
+            stopped: report.stopped || report.hopping_stopped,
         };
         (found, report)
     }

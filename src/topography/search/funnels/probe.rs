@@ -13,6 +13,8 @@ use crate::topography::search::{Draw, SearchSettings};
 const DESCENTS: [u64; 2] = [200, 1000];
 /// Least number of searches for each minimum with which an enumeration is worth its while.
 const EACH: usize = 30;
+/// Share of the time that the descents may take.
+const SHARE: f64 = 0.1;
 /// First number of the random streams of these descents.
 const FIRST: u64 = 1 << 62;
 
@@ -27,30 +29,37 @@ pub struct SizeProbe {
     pub once: usize,
     /// Chao's lower bound of the number of minima that differ in energy.
     pub minima: f64,
+    /// Whether the time ended the descents.
+    #[serde(default)]
+    pub cut: bool,
     /// Evaluations spent.
     pub evaluations: usize,
 }
 
 impl SizeProbe {
     /// Whether an enumeration cannot end: each minimum alone needs dozens of searches, and together that is more than the
-    /// greatest number of searches. Little patience or more searches than the default allow larger landscapes; to stop early
+    /// greatest number of searches. Descents that time ended while most of them found something new are taken for a sign of
+    /// the same. Little patience or more searches than the default allow larger landscapes; to stop early
     /// does not make a landscape large.
     pub fn is_too_large(&self, settings: &SearchSettings) -> bool {
         let usual = SearchSettings::default();
         let patience = settings.patience.min(EACH);
         let searches = settings.max_searches.max(usual.max_searches);
-        self.minima * patience as f64 > searches as f64
+        let unknown = self.cut && 2 * self.distinct > self.descents;
+        unknown || self.minima * patience as f64 > searches as f64
     }
 }
 
 /// Descends from up to a thousand random points and compares the energies. The result depends on the seed alone, unless
-/// `enough`, which is asked before each descent, tells that there is no time for more.
+/// `enough` (that of [`Run`](crate::topography::Run)), which is asked before each descent, tells that a tenth of the time is
+/// over.
 pub fn probe_size(
     energy: &dyn Energy,
     draw: &Draw<'_>,
     settings: &SearchSettings,
-    enough: &(dyn Fn() -> bool + Sync),
+    enough: &(dyn Fn(f64) -> bool + Sync),
 ) -> SizeProbe {
+    let enough = || enough(SHARE);
     let counted = Counted::new(energy);
     let mut energies: Vec<f64> = Vec::new();
     let mut probe = SizeProbe {
@@ -58,6 +67,7 @@ pub fn probe_size(
         distinct: 0,
         once: 0,
         minima: 0.0,
+        cut: false,
         evaluations: 0,
     };
     let mut done = 0;
@@ -82,9 +92,10 @@ pub fn probe_size(
             distinct: hits.len(),
             once: met(1),
             minima: hits.len() as f64 + unseen(energies.len(), met(1), met(2)),
+            cut: enough(),
             evaluations: usize::try_from(counted.evaluations()).unwrap_or(usize::MAX),
         };
-        if 2 * probe.distinct <= probe.descents || enough() {
+        if 2 * probe.distinct <= probe.descents || probe.cut {
             break;
         }
     }
