@@ -25,8 +25,8 @@ const BATCH: usize = 1024;
 const ASYMMETRY: f64 = 1e-6;
 /// Largest difference between a Hessian and differences of the gradient, as a share of its largest element.
 const HESSIAN_ERROR: f64 = 1e-2;
-/// Rounding error of a gradient, as a share of the steepest one that was seen.
-const ROUNDING: f64 = 1e-11;
+/// Rounding error of a second derivative, as a share of the greatest energy that was seen, on a side of length 1.
+const ROUNDING: f64 = 1e-9;
 
 /// A function of the caller, and what became of it.
 pub(crate) struct Asked {
@@ -311,25 +311,25 @@ impl Asked {
         Ok(true)
     }
 
-    /// Compares the caller's second derivatives at `points` with differences of the gradients of `energy`.
+    /// Compares the caller's second derivatives at `points` with differences of the gradients of `energy`, in a region whose
+    /// shortest side is `side`.
     pub(crate) fn check_hessian(
         &self,
         energy: &dyn Energy,
         points: &[Vec<f64>],
-        step: f64,
+        (step, side): (f64, f64),
     ) -> Result<(), Failure> {
         let Some(function) = &self.hessian else {
             return Ok(());
         };
         let n = self.tangents;
         let largest = |values: &[f64]| values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-        // The slopes of the probed points tell how much rounding there is in their differences.
+        // What is smaller than this is rounding of the energy, as on a plateau.
         let mut slopes = vec![0.0; n];
-        let steepest = points.iter().fold(0.0, |most: f64, x| {
-            energy.evaluate(x, &mut slopes);
-            most.max(largest(&slopes))
+        let height = points.iter().fold(0.0, |most: f64, x| {
+            most.max(energy.evaluate(x, &mut slopes).abs())
         });
-        let rounding = ROUNDING * steepest / step;
+        let rounding = ROUNDING * height / (side * side);
         for x in points {
             let mut given = vec![0.0; n * n];
             if !self.asked(false, |py| self.ask_hessian(py, function, x, &mut given)) {

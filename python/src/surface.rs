@@ -124,7 +124,13 @@ impl Parts {
             // Searches in a box ask for gradients only.
             return Ok(());
         }
-        self.asked.check_hessian(energy, &points, step)?;
+        let sides = self
+            .low
+            .iter()
+            .zip(&self.high)
+            .map(|(low, high)| high - low);
+        let side = sides.fold(f64::INFINITY, f64::min);
+        self.asked.check_hessian(energy, &points, (step, side))?;
         self.asked.check()
     }
 
