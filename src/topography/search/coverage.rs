@@ -110,6 +110,7 @@ const NEVER: f64 = 0.5;
 
 impl Coverage {
     /// The same search, if these are the hits of its saddles and the draws of its minima.
+    #[cfg(feature = "cli")]
     pub(crate) fn of(&self, hits: &[usize], draws: &[usize]) -> Self {
         Self::new(&Counts {
             searches: self.searches,
