@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 continue;
             };
             let slowness = networks.iter().map(|network| {
-                let rates = network.rates_between(sources, targets)?;
+                let rates = network.between(sources, targets).forward?;
                 Ok(-rates.first_passage)
             });
             let slowness: Result<Vec<f64>, landscape::thermal::Unreachable> = slowness.collect();

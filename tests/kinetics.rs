@@ -58,8 +58,8 @@ fn a_published_network_has_its_published_rates() {
     for expected in &reference.rates {
         let network =
             RateNetwork::new(&database, expected.temperature, Dynamics::TransitionState).unwrap();
-        let to_a = network.rates_between(b, a).unwrap();
-        let to_b = network.rates_between(a, b).unwrap();
+        let between = network.between(b, a);
+        let (to_a, to_b) = (between.forward.unwrap(), between.backward.unwrap());
         let agree = |ours: f64, theirs: f64| {
             // PyGT works with the numbers themselves, which costs digits at low temperatures.
             approx::assert_relative_eq!(ours, theirs, max_relative = 1e-9);

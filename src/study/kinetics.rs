@@ -76,15 +76,13 @@ impl<'a> Kinetics<'a> {
             let network = RateNetwork::new(&states.database, *temperature, settings.dynamics)?;
             let shares = wells.occupation(*temperature);
             let share = |set: &[usize]| set.iter().map(|state| shares[*state]).sum();
+            let between = network.between(sources, targets);
             Ok(KineticsAt {
                 temperature: *temperature,
                 occupation: [share(sources), share(targets)],
-                rates: [
-                    network.rates_between(sources, targets)?,
-                    network.rates_between(targets, sources)?,
-                ],
+                rates: [between.forward?, between.backward?],
                 pathways: network.fastest_pathways(sources, targets, settings.pathways),
-                log_committors: network.log_committors(sources, targets),
+                log_committors: between.log_committors,
             })
         });
         Ok(Self {

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::dense::Dense;
 use super::{log_add, log_sum};
 
 /// No sequence of transitions leads from a state to the targets.
@@ -27,24 +28,51 @@ pub struct Unreachable(pub usize);
 /// place of branching probabilities and waiting times. Kₓ is summed anew from the other rates, so nothing is ever
 /// subtracted (as in W. K. Grassmann, M. I. Taksar and D. P. Heyman, Oper. Res. 33, 1107 (1985)): every result keeps its
 /// relative accuracy, however small it is. All numbers are logarithms.
+///
+/// Elimination fills the network. Once it is nearly full, the rest is a [`Dense`] matrix of the numbers themselves, unless
+/// these span too many powers of ten.
 pub(super) struct Elimination {
     /// Rates between the states that are left: ln kᵢⱼ.
     pub(super) left: Vec<BTreeMap<usize, f64>>,
+    /// ln wᵢ of the states that are left.
+    pub(super) log_sources: Vec<f64>,
     /// Eliminated states in order, with what is needed to find their value from those of later ones.
     steps: Vec<Step>,
 }
 
-struct Step {
-    state: usize,
+/// The elimination of one state.
+pub(super) struct Step {
+    pub(super) state: usize,
     /// ln(kₓⱼ/Kₓ) for the states j that were left.
-    branches: Vec<(usize, f64)>,
+    pub(super) branches: Vec<(usize, f64)>,
     /// ln(wₓ/Kₓ).
-    log_gain: f64,
+    pub(super) log_gain: f64,
 }
 
+/// Whether w counts in the values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Gains {
+    /// As for times.
+    Counted,
+    /// w = 0, as for committors.
+    Left,
+}
+
+/// The rest is eliminated as a dense matrix once the state with the fewest neighbours has more than this share of the states
+/// that are left. A transition in a map costs about a hundred times as much as one in a matrix.
+const FULL: f64 = 0.04;
+/// Fewer states are not worth a matrix.
+const FEWEST: usize = 64;
+/// More states need too much memory (8 bytes for each pair).
+const MOST: usize = 12_000;
+
 impl Elimination {
-    /// Eliminates the states for which `kept` is false; `log_source` is ln w of every state.
-    pub(super) fn new(rates: &[BTreeMap<usize, f64>], kept: &[bool], log_source: f64) -> Self {
+    /// Eliminates the states for which `kept` is false; `log_sources` is ln w of every state.
+    pub(super) fn new(
+        rates: &[BTreeMap<usize, f64>],
+        kept: &[bool],
+        log_sources: Vec<f64>,
+    ) -> Self {
         let mut left = rates.to_vec();
         let mut into: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); left.len()];
         for (from, targets) in left.iter().enumerate() {
@@ -52,7 +80,7 @@ impl Elimination {
                 into[*to].insert(from);
             }
         }
-        let mut source = vec![log_source; left.len()];
+        let mut source = log_sources;
         // States with few neighbours first, so that few new transitions arise.
         let size = |left: &[BTreeMap<usize, f64>], into: &[BTreeSet<usize>], state: usize| {
             left[state].len().max(into[state].len())
@@ -61,8 +89,25 @@ impl Elimination {
             .filter(|state| !kept[*state])
             .map(|state| (size(&left, &into, state), state))
             .collect();
+        let kept: Vec<usize> = (0..left.len()).filter(|state| kept[*state]).collect();
         let mut steps = Vec::with_capacity(queue.len());
-        while let Some((_, state)) = queue.pop_first() {
+        let mut may_be_dense = true;
+        while let Some((neighbours, state)) = queue.pop_first() {
+            let remaining = kept.len() + queue.len() + 1;
+            if may_be_dense
+                && (FEWEST..=MOST).contains(&remaining)
+                && neighbours as f64 > FULL * remaining as f64
+            {
+                let mut order: Vec<usize> = vec![state];
+                order.extend(queue.iter().map(|(_, state)| *state));
+                if let Some(dense) = Dense::new(&left, &source, &kept, &order)
+                    && let Some(done) = dense.eliminate(&mut left, &mut source)
+                {
+                    steps.extend(done);
+                    break;
+                }
+                may_be_dense = false;
+            }
             let targets = std::mem::take(&mut left[state]);
             let sources = std::mem::take(&mut into[state]);
             let exit = log_sum(targets.values().copied());
@@ -105,18 +150,21 @@ impl Elimination {
                 log_gain,
             });
         }
-        Self { left, steps }
+        Self {
+            left,
+            log_sources: source,
+            steps,
+        }
     }
 
     /// Logarithms of the values of all states, from those of the states that were kept. A state without transitions has
     /// the value w/0 = ∞, or 0 if w = 0.
-    pub(super) fn values(&self, mut values: Vec<f64>) -> Vec<f64> {
+    pub(super) fn values(&self, mut values: Vec<f64>, gains: Gains) -> Vec<f64> {
         for step in self.steps.iter().rev() {
             let later = step.branches.iter();
-            let gained = if step.log_gain.is_nan() {
-                f64::NEG_INFINITY
-            } else {
-                step.log_gain
+            let gained = match gains {
+                Gains::Counted => step.log_gain,
+                Gains::Left => f64::NEG_INFINITY,
             };
             values[step.state] =
                 later.fold(gained, |sum, (to, share)| log_add(sum, share + values[*to]));

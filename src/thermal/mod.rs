@@ -9,6 +9,7 @@
 //! Temperatures are kT, in units of the energy. Masses are 1 unless the curvatures were weighted with masses, and times
 //! are in the unit √(mass · length² / energy).
 
+mod dense;
 mod elimination;
 mod measures;
 mod pathways;
@@ -18,13 +19,13 @@ mod superposition;
 pub use elimination::Unreachable;
 pub use measures::{Funnels, SAME, frustration, range_of_energies, superbasins};
 pub use pathways::Pathway;
-pub use rates::{Dynamics, RateNetwork, SetRates};
+pub use rates::{Between, Dynamics, RateNetwork, SetRates};
 pub use superposition::{Missing, Superposition};
 
 /// ln(eᵃ + eᵇ), without overflow.
 fn log_add(a: f64, b: f64) -> f64 {
     let (low, high) = if a < b { (a, b) } else { (b, a) };
-    if low == f64::NEG_INFINITY {
+    if low == f64::NEG_INFINITY || high == f64::INFINITY {
         return high;
     }
     high + libm::log1p(libm::exp(low - high))

@@ -1,9 +1,9 @@
 //! Rates between minima, and between sets of minima.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use super::elimination::{Elimination, Unreachable};
+use super::elimination::{Elimination, Gains, Unreachable};
 use super::superposition::{Missing, Well};
 use super::{log_add, log_sum};
 use crate::topography::exchange::Database;
@@ -82,6 +82,19 @@ pub struct SetRates {
     /// The rate at a steady state that is fed at equilibrium within the sources. It counts every departure that reaches the
     /// targets before it returns.
     pub steady_state: f64,
+}
+
+/// How two sets of states, the sources and the targets, exchange.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Between {
+    /// Rates from the sources to the targets, with the sources in equilibrium among themselves; an error if no target can be
+    /// reached from a source, or if a source may be lost on its way.
+    pub forward: Result<SetRates, Unreachable>,
+    /// Rates from the targets to the sources.
+    pub backward: Result<SetRates, Unreachable>,
+    /// ln of the committor: the probability that each state reaches a target before a source. −∞ for the sources and for
+    /// states that reach neither.
+    pub log_committors: Vec<f64>,
 }
 
 impl RateNetwork {
@@ -209,44 +222,13 @@ impl RateNetwork {
 
     /// As [`RateNetwork::first_passage_times`], with ∞ for states that may never arrive.
     fn times_or_infinity(&self, targets: &[usize]) -> Vec<f64> {
-        let reached = self.arriving(targets);
-        let kept = self.marked(targets);
-        // States that cannot arrive would divide by a rate of zero.
-        let rates: Vec<BTreeMap<usize, f64>> = (self.rates.iter().zip(&reached))
-            .map(|(rates, reached)| {
-                if *reached {
-                    rates.clone()
-                } else {
-                    BTreeMap::new()
-                }
-            })
-            .collect();
-        let elimination = Elimination::new(&rates, &kept, 0.0);
+        let elimination =
+            Elimination::new(&self.rates, &self.marked(targets), vec![0.0; self.states()]);
         let mut values = vec![f64::INFINITY; self.states()];
         for target in targets {
             values[*target] = f64::NEG_INFINITY;
         }
-        elimination.values(values)
-    }
-
-    /// Whether one of `targets` can be reached from each state.
-    fn arriving(&self, targets: &[usize]) -> Vec<bool> {
-        let mut into: Vec<Vec<usize>> = vec![Vec::new(); self.states()];
-        for (from, rates) in self.rates.iter().enumerate() {
-            for to in rates.keys() {
-                into[*to].push(from);
-            }
-        }
-        let mut arriving = self.marked(targets);
-        let mut stack: Vec<usize> = targets.to_vec();
-        while let Some(state) = stack.pop() {
-            for from in &into[state] {
-                if !std::mem::replace(&mut arriving[*from], true) {
-                    stack.push(*from);
-                }
-            }
-        }
-        arriving
+        elimination.values(values, Gains::Counted)
     }
 
     fn marked(&self, states: &[usize]) -> Vec<bool> {
@@ -257,63 +239,58 @@ impl RateNetwork {
         marked
     }
 
-    /// ln of the committor: the probability that each state reaches one of `targets` before one of `sources`. −∞ for the
-    /// sources and for states that reach neither.
-    ///
-    /// # Panics
-    /// If a state does not exist, or is both a source and a target.
-    pub fn log_committors(&self, sources: &[usize], targets: &[usize]) -> Vec<f64> {
-        self.committors_with(sources, targets).0
-    }
-
-    fn committors_with(&self, sources: &[usize], targets: &[usize]) -> (Vec<f64>, Elimination) {
-        let both: BTreeSet<&usize> = sources.iter().collect();
-        assert!(
-            targets.iter().all(|target| !both.contains(target)),
-            "a state is a source and a target"
-        );
-        let mut kept = self.marked(sources);
-        for target in targets {
-            kept[*target] = true;
-        }
-        let elimination = Elimination::new(&self.rates, &kept, f64::NEG_INFINITY);
-        let mut values = vec![f64::NEG_INFINITY; self.states()];
-        for target in targets {
-            values[*target] = 0.0;
-        }
-        (elimination.values(values), elimination)
-    }
-
-    /// Rate constants from `sources` to `targets`, with the sources in equilibrium among themselves.
-    ///
-    /// # Errors
-    /// A source from which no target can be reached.
+    /// Rates between two sets of states in both directions, and committors. All other states are eliminated once, which
+    /// takes nearly all of the time.
     ///
     /// # Panics
     /// If one of the sets is empty, a state does not exist, or a state is in both.
-    pub fn rates_between(
+    pub fn between(&self, sources: &[usize], targets: &[usize]) -> Between {
+        assert!(!sources.is_empty() && !targets.is_empty(), "a set is empty");
+        let mut kept = self.marked(sources);
+        for target in targets {
+            assert!(!kept[*target], "a state is a source and a target");
+        }
+        for target in targets {
+            kept[*target] = true;
+        }
+        let elimination = Elimination::new(&self.rates, &kept, vec![0.0; self.states()]);
+        let mut committors = vec![f64::NEG_INFINITY; self.states()];
+        for target in targets {
+            committors[*target] = 0.0;
+        }
+        Between {
+            forward: self.rates_in(&elimination, sources, targets),
+            backward: self.rates_in(&elimination, targets, sources),
+            log_committors: elimination.values(committors, Gains::Left),
+        }
+    }
+
+    /// The rates from `sources` to `targets` after all other states were eliminated.
+    fn rates_in(
         &self,
+        others: &Elimination,
         sources: &[usize],
         targets: &[usize],
     ) -> Result<SetRates, Unreachable> {
-        assert!(!sources.is_empty() && !targets.is_empty(), "a set is empty");
-        let times = self.times_or_infinity(targets);
+        let is_source = self.marked(sources);
+        let kept: Vec<bool> = is_source.iter().map(|source| !source).collect();
+        let elimination = Elimination::new(&others.left, &kept, others.log_sources.clone());
+        let mut times = vec![f64::INFINITY; self.states()];
+        for target in targets {
+            times[*target] = f64::NEG_INFINITY;
+        }
+        let times = elimination.values(times, Gains::Counted);
         let unreachable = sources.iter().find(|b| times[**b] == f64::INFINITY);
         if let Some(state) = unreachable {
             return Err(Unreachable(*state));
         }
-        let shares = self.log_shares(sources);
-        let (_, elimination) = self.committors_with(sources, targets);
-        let is_target = self.marked(targets);
         // With all other states eliminated, the flow that arrives before it returns is the direct rate to the targets.
         let arriving = |source: usize| {
-            let direct = elimination.left[source].iter();
-            log_sum(
-                direct
-                    .filter(|(to, _)| is_target[**to])
-                    .map(|(_, rate)| *rate),
-            )
+            let direct = others.left[source].iter();
+            let direct = direct.filter(|(to, _)| !is_source[**to]);
+            log_sum(direct.map(|(_, rate)| *rate))
         };
+        let shares = self.log_shares(sources);
         let pairs = || sources.iter().zip(&shares);
         Ok(SetRates {
             first_passage: log_sum(pairs().map(|(b, share)| share - times[*b])),
@@ -374,7 +351,8 @@ mod tests {
     #[test]
     fn small_networks_agree_with_matrix_methods() {
         let mut rng = stream(7, Task::Start, 0);
-        for states in [3, 4, 8, 20, 60] {
+        // The last one has its own way of elimination, as a dense matrix.
+        for states in [3, 4, 8, 20, 60, 300] {
             let network = reversible(states, 2.0, &mut rng);
             let (sources, targets) = ([0, 1], [states - 1]);
             let given = targets.iter().map(|target| (*target, 0.0)).collect();
@@ -388,7 +366,8 @@ mod tests {
             let mut given: BTreeMap<usize, f64> = sources.iter().map(|s| (*s, 0.0)).collect();
             given.insert(states - 1, 1.0);
             let chances = solved(&network, &given, 0.0);
-            let ours = network.log_committors(&sources, &targets);
+            let between = network.between(&sources, &targets);
+            let ours = &between.log_committors;
             for (log, chance) in ours.iter().zip(&chances) {
                 approx::assert_relative_eq!(
                     libm::exp(*log),
@@ -403,7 +382,7 @@ mod tests {
                 .iter()
                 .map(|s| libm::exp(*s))
                 .collect();
-            let rates = network.rates_between(&sources, &targets).unwrap();
+            let rates = between.forward.unwrap();
             let mean: f64 = shares.iter().zip(sources).map(|(p, b)| p * times[b]).sum();
             approx::assert_relative_eq!(
                 libm::exp(rates.mean_time),
@@ -433,31 +412,33 @@ mod tests {
     #[test]
     fn detailed_balance_holds_where_rates_span_hundreds_of_decades() {
         let mut rng = stream(8, Task::Start, 0);
-        let network = reversible(40, 400.0, &mut rng);
-        let all: Vec<f64> = network
-            .rates
-            .iter()
-            .flat_map(|r| r.values().copied())
-            .collect();
-        let span = all.iter().copied().fold(f64::NEG_INFINITY, f64::max)
-            - all.iter().copied().fold(f64::INFINITY, f64::min);
-        assert!(span > 300.0 * std::f64::consts::LN_10, "{span}");
-        let (a, b) = ([0, 5, 6], [30, 31]);
-        let there = network.rates_between(&a, &b).unwrap();
-        let back = network.rates_between(&b, &a).unwrap();
-        let weight = |set: &[usize]| log_sum(set.iter().map(|s| network.log_weights[*s]));
-        approx::assert_relative_eq!(
-            weight(&a) + there.steady_state,
-            weight(&b) + back.steady_state,
-            max_relative = 1e-12
-        );
-        // What does not reach one set first reaches the other.
-        let (to, from) = (
-            network.log_committors(&a, &b),
-            network.log_committors(&b, &a),
-        );
-        for (q, p) in to.iter().zip(&from) {
-            assert!((libm::exp(*q) + libm::exp(*p) - 1.0).abs() < 1e-12);
+        for (states, spread, least_decades) in
+            [(40, 400.0, 300.0), (150, 400.0, 300.0), (300, 50.0, 60.0)]
+        {
+            let network = reversible(states, spread, &mut rng);
+            let all: Vec<f64> = network
+                .rates
+                .iter()
+                .flat_map(|r| r.values().copied())
+                .collect();
+            let span = all.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+                - all.iter().copied().fold(f64::INFINITY, f64::min);
+            assert!(span > least_decades * std::f64::consts::LN_10, "{span}");
+            let (a, b) = ([0, 5, 6], [30, 31]);
+            let (between, reverse) = (network.between(&a, &b), network.between(&b, &a));
+            let (there, back) = (between.forward.unwrap(), between.backward.unwrap());
+            assert_eq!(reverse.backward, Ok(there));
+            let weight = |set: &[usize]| log_sum(set.iter().map(|s| network.log_weights[*s]));
+            approx::assert_relative_eq!(
+                weight(&a) + there.steady_state,
+                weight(&b) + back.steady_state,
+                max_relative = 1e-12
+            );
+            // What does not reach one set first reaches the other.
+            let (to, from) = (&between.log_committors, &reverse.log_committors);
+            for (q, p) in to.iter().zip(from) {
+                assert!((libm::exp(*q) + libm::exp(*p) - 1.0).abs() < 1e-12);
+            }
         }
         // A chain of barriers, exactly: times add up.
         let step = -350.0;
@@ -479,11 +460,23 @@ mod tests {
             &[0.0; 4],
         );
         assert_eq!(network.first_passage_times(&[0]), Err(Unreachable(2)));
-        assert_eq!(network.rates_between(&[3], &[0]), Err(Unreachable(3)));
-        assert!(network.log_committors(&[1], &[0])[2] < -f64::MAX);
+        assert_eq!(network.between(&[3], &[0]).forward, Err(Unreachable(3)));
+        assert!(network.between(&[1], &[0]).log_committors[2] < -f64::MAX);
         // A state that may be lost on the way has no mean time either.
         let lossy = RateNetwork::from_rates(3, &[(0, 1, 1.0), (0, 2, 1.0)], &[0.0; 3]);
         assert_eq!(lossy.first_passage_times(&[2]), Err(Unreachable(0)));
+        // The same among many states: from 7 one may get lost in 150, and from everywhere reach 7.
+        let mut rng = stream(9, Task::Start, 0);
+        let safe = reversible(150, 2.0, &mut rng);
+        let mut rates: Vec<(usize, usize, f64)> = Vec::new();
+        for (from, to) in safe.rates.iter().enumerate() {
+            rates.extend(to.iter().map(|(to, rate)| (from, *to, *rate)));
+        }
+        rates.push((7, 150, 0.0));
+        let lossy = RateNetwork::from_log_rates(151, &rates, &[0.0; 151]);
+        assert_eq!(lossy.between(&[1], &[2]).forward, Err(Unreachable(1)));
+        let chances = lossy.between(&[1], &[2]).log_committors;
+        assert!(chances[150] < -f64::MAX && chances[7].is_finite());
     }
 
     fn pass(curvature: Option<f64>) -> Database {
