@@ -73,6 +73,49 @@ impl Desk {
     }
 }
 
+#[test]
+fn coordinates_of_others_are_read() {
+    let desk = Desk::new();
+    let (min, ts) = seven();
+    desk.write("seven", &min, &ts);
+    // topsearch: texts, a point on each line as numpy writes it.
+    let row = |k: u32| vec![f64::from(k) + 0.1, -1e-3 * f64::from(k)];
+    let text = |count: u32| {
+        let lines = (0..count).map(|k| format!("{:.18e} {:.18e}\n", row(k)[0], row(k)[1]));
+        lines.collect::<Vec<_>>().concat()
+    };
+    fs::write(desk.path("seven/min.coords"), text(4)).unwrap();
+    fs::write(desk.path("seven/ts.coords"), text(12)).unwrap();
+    desk.succeed("import seven");
+    let files = LandscapeFiles::read(&desk.path("seven.landscape")).unwrap();
+    for minimum in &files.minima {
+        assert_eq!(
+            minimum.coordinates,
+            row(u32::try_from(minimum.members[0]).unwrap())
+        );
+    }
+    // PATHSAMPLE: what was written is read again.
+    desk.succeed("import seven.landscape -o again -q");
+    for name in ["points.min", "points.ts"] {
+        let [one, other] = ["seven.landscape", "again"]
+            .map(|folder| fs::read(desk.path(folder).join(name)).unwrap());
+        assert_eq!(one, other);
+    }
+    let again = LandscapeFiles::read(&desk.path("again")).unwrap();
+    assert_eq!(again.minima, files.minima);
+    // Points of another file are not taken for these.
+    fs::write(desk.path("seven/ts.coords"), text(11)).unwrap();
+    let said = desk.succeed("import seven -o other");
+    assert!(
+        said.contains(
+            "coordinates were not read: ts.coords does not hold as many coordinates for each of 12 points"
+        ),
+        "{said}"
+    );
+    let other = LandscapeFiles::read(&desk.path("other")).unwrap();
+    assert!(other.minima[0].coordinates.is_empty() && !desk.path("other/points.min").exists());
+}
+
 /// Seven Lennard-Jones atoms in topsearch's format, from the reference values.
 fn seven() -> (String, String) {
     let reference: Value = serde_json::from_str(include_str!("reference/landscapes.json")).unwrap();

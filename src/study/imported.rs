@@ -12,15 +12,26 @@ use super::tables::write_database;
 use crate::figure::leaves_of;
 use crate::printable::{counted, printable};
 use crate::store::{AtomicFolder, Counts, EdgeRow, LandscapeFiles, Manifest, MinimumRow, Source};
-use crate::topography::exchange::{Database, Layout, Reading};
+use crate::topography::exchange::{Database, Layout, Reading, points};
 use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree};
+
+/// Coordinates of stationary points in the order of `min.data` and `ts.data`, all with the same number of coordinates. Both
+/// lists are empty if they are unknown.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StationaryCoordinates {
+    /// Of each minimum.
+    pub minima: Vec<Vec<f64>>,
+    /// Of each transition state; empty if they are unknown.
+    pub transition_states: Vec<Vec<f64>>,
+}
 
 /// A landscape of another program, from `min.data` and `ts.data` of PATHSAMPLE or topsearch.
 #[derive(Debug)]
 pub struct ImportedLandscape<'a> {
     database: &'a Database,
     layout: Layout,
-    notes: &'a [String],
+    notes: Vec<String>,
+    coordinates: StationaryCoordinates,
     network: Network,
     tree: Tree,
     groups: Groups,
@@ -30,23 +41,44 @@ pub struct ImportedLandscape<'a> {
 
 impl<'a> ImportedLandscape<'a> {
     /// Builds tree and groups. `source` names the folder, and `command` is the command line that repeats the import.
+    ///
+    /// # Panics
+    /// If there are coordinates, but not one point for each minimum (or transition state).
     pub fn new(
         read: &'a Reading,
+        coordinates: StationaryCoordinates,
         groups: &GroupSettings,
         source: Source,
         command: &'a str,
     ) -> Self {
-        let network = read.database.network();
+        let known = [&coordinates.minima, &coordinates.transition_states];
+        let database = &read.database;
+        let expected = [database.minima.len(), database.transition_states.len()];
+        for (points, expected) in known.into_iter().zip(expected) {
+            assert!(
+                points.is_empty() || points.len() == expected,
+                "one point for each row"
+            );
+        }
+        let network = database.network();
         Self {
             tree: Tree::from_network(&network, Evidence::Chain),
             groups: Groups::new(&network, groups),
             network,
             database: &read.database,
             layout: read.layout,
-            notes: &read.notes,
+            notes: read.notes.clone(),
+            coordinates,
             source,
             command,
         }
+    }
+
+    /// Adds a sentence to the warnings, without capital and full stop.
+    #[must_use]
+    pub fn noting(mut self, note: String) -> Self {
+        self.notes.push(note);
+        self
     }
 
     /// Writes the tables, pictures, texts and summary of `landscape import` into `folder` and returns the summary.
@@ -56,6 +88,15 @@ impl<'a> ImportedLandscape<'a> {
     pub fn write(&self, folder: &AtomicFolder) -> Result<String, StudyError> {
         self.files().write(folder)?;
         write_database(self.database, folder)?;
+        let StationaryCoordinates {
+            minima,
+            transition_states,
+        } = &self.coordinates;
+        for (name, rows) in [("points.min", minima), ("points.ts", transition_states)] {
+            if !rows.is_empty() {
+                folder.write(name, &points(rows.iter().map(Vec::as_slice)))?;
+            }
+        }
         self.draw(folder)?;
         let text = printable(&self.summary(), &['\n', '\t']).into_owned();
         folder.write("summary.md", text.as_bytes())?;
@@ -78,7 +119,11 @@ impl<'a> ImportedLandscape<'a> {
         rows.map(|(id, (minimum, group))| MinimumRow {
             id: id as u64,
             energy: minimum.energy,
-            coordinates: Vec::new(),
+            // Each minimum of the network has one member, which is its row in the file.
+            coordinates: (self.coordinates.minima)
+                .get(minimum.members[0])
+                .cloned()
+                .unwrap_or_default(),
             choice: Vec::new(),
             members: minimum.members.iter().map(|row| *row as u64).collect(),
             group: group as u64,

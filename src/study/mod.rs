@@ -154,7 +154,7 @@ pub use gradient_points::{difference_step, gradient_points};
 pub use grasp_import::{
     GraspImportError, GraspImportSettings, ImportedGrasps, ScaleCounts, import_grasps,
 };
-pub use imported::ImportedLandscape;
+pub use imported::{ImportedLandscape, StationaryCoordinates};
 pub use inputs::{
     InputError, hand_files, hand_metadata, object_metadata, read_grasps, rename_object,
 };

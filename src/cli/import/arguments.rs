@@ -73,6 +73,7 @@ A mapping gives the meaning of the columns of a table (TOML; all entries are opt
   joint_unit = \"rad\"                     or deg
   scale = \"size\"                         a column, or a number; also id, object, label, contacts
 
-A landscape is read from min.data and ts.data of PATHSAMPLE (6 and 8 columns) or topsearch (2 and 3 columns). Writes
+A landscape is read from min.data and ts.data of PATHSAMPLE (6 and 8 columns) or topsearch (2 and 3 columns), with the
+coordinates in points.min and points.ts (PATHSAMPLE) or min.coords and ts.coords (topsearch) if these are there. Writes
 minima.parquet, edges.parquet, landscape.json, the tree, the network, the pictures and report.html (--no-report leaves it
 out) as `landscape build` does, and min.data and ts.data in PATHSAMPLE's columns.";

@@ -11,9 +11,10 @@ use crate::cli::output::{check_inputs, check_place};
 use crate::cli::printing::{complain, print, print_landscapes};
 use crate::cli::provenance::name_of;
 use crate::cli::report;
+use crate::printable::counted;
 use crate::store::{AtomicFolder, Source, content_hash};
-use crate::study::ImportedLandscape;
-use crate::topography::exchange::Database;
+use crate::study::{ImportedLandscape, StationaryCoordinates};
+use crate::topography::exchange::{Database, Layout, Reading, counted_points, points_of_text};
 
 pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     let texts = ["min.data", "ts.data"].map(|name| read(&command.path, name));
@@ -33,7 +34,11 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
         content_hash: content_hash(&[minima.as_bytes(), states.as_bytes()]),
     };
     let made_by = &common.provenance.command;
-    let imported = ImportedLandscape::new(&read, &groups, source, made_by);
+    let (coordinates, note) = coordinates(&command.path, &read)?;
+    let mut imported = ImportedLandscape::new(&read, coordinates, &groups, source, made_by);
+    if let Some(note) = note {
+        imported = imported.noting(note);
+    }
     let folder = AtomicFolder::open(&output, true)?;
     let text = imported.write(&folder)?;
     if !command.page.no_report {
@@ -56,6 +61,57 @@ fn read(folder: &Path, name: &str) -> anyhow::Result<String> {
     let path = folder.join(name);
     let bytes = std::fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
     String::from_utf8(bytes).with_context(|| format!("{} is not text", path.display()))
+}
+
+/// The coordinates that lie beside `min.data` and `ts.data`, and a sentence about files that do not belong to these. Without
+/// such a file they are unknown, which is no fault.
+fn coordinates(
+    folder: &Path,
+    read: &Reading,
+) -> anyhow::Result<(StationaryCoordinates, Option<String>)> {
+    let names = match read.layout {
+        Layout::Pathsample => ["points.min", "points.ts"],
+        Layout::Topsearch => ["min.coords", "ts.coords"],
+    };
+    let counts = [
+        read.database.minima.len(),
+        read.database.transition_states.len(),
+    ];
+    let unknown = StationaryCoordinates::default();
+    let mut points = [Vec::new(), Vec::new()];
+    let mut width = None;
+    for ((name, count), points) in names.into_iter().zip(counts).zip(&mut points) {
+        let path = folder.join(name);
+        if !path.is_file() {
+            continue;
+        }
+        let bytes =
+            std::fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
+        let rows = match read.layout {
+            Layout::Pathsample => counted_points(&bytes, count),
+            Layout::Topsearch => points_of_text(&bytes).ok(),
+        };
+        let fits = |rows: &Vec<Vec<f64>>| {
+            let mut widths = rows.iter().map(Vec::len);
+            rows.len() == count && widths.all(|found| *width.get_or_insert(found) == found)
+        };
+        let Some(rows) = rows.filter(fits) else {
+            let note = format!(
+                "coordinates were not read: {name} does not hold as many coordinates for each of {}",
+                counted(count, "point")
+            );
+            return Ok((unknown, Some(note)));
+        };
+        *points = rows;
+    }
+    let [minima, transition_states] = points;
+    Ok((
+        StationaryCoordinates {
+            minima,
+            transition_states,
+        },
+        None,
+    ))
 }
 
 /// The output `folder.landscape` in the current directory.

@@ -12,7 +12,8 @@
 //! * *a*, *b*: the minima joined, counted from 1 by PATHSAMPLE, by their numbers in topsearch (from 0);
 //! * *I*: the three principal moments of inertia by rising value.
 //!
-//! `points.min` and `points.ts` hold the coordinates, for PATHSAMPLE ([`points()`]).
+//! Coordinates lie beside them: PATHSAMPLE has `points.min` and `points.ts` ([`points()`]), topsearch the texts `min.coords`
+//! and `ts.coords` ([`points_of_text`]).
 //!
 //! A reader tells the layouts apart by the number of columns: at least 6 and 8, or 2 and 3. Some programs write more
 //! columns, which are ignored. Numbers are written without loss.
@@ -31,7 +32,7 @@ use std::collections::BTreeMap;
 pub use curvatures::curvatures;
 use petgraph::graph::NodeIndex;
 use petgraph::visit::EdgeRef;
-pub use points::{PointsError, points, points_of_text, read_points};
+pub use points::{PointsError, counted_points, points, points_of_text, read_points};
 pub use read::{ExchangeError, Layout, Reading};
 
 use super::network::{Edge, Evidence, Minimum, Network};

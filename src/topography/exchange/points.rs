@@ -23,6 +23,18 @@ pub fn read_points(bytes: &[u8], coordinates: usize) -> Option<Vec<Vec<f64>>> {
     bytes.chunks_exact(record).map(point).collect()
 }
 
+/// The points in such a file that holds `count` of them, whatever their number of coordinates; `None` if its size fits no
+/// number of coordinates, or if a number is not finite.
+pub fn counted_points(bytes: &[u8], count: usize) -> Option<Vec<Vec<f64>>> {
+    if count == 0 {
+        return bytes.is_empty().then(Vec::new);
+    }
+    let whole = bytes.len().is_multiple_of(8 * count);
+    whole
+        .then(|| read_points(bytes, bytes.len() / (8 * count)))
+        .flatten()
+}
+
 /// A text is no list of points.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PointsError {
@@ -91,6 +103,8 @@ mod tests {
         assert_eq!(bytes.len(), 48);
         assert_eq!(read_points(&bytes, 3).unwrap(), written);
         assert_eq!(read_points(&bytes, 2).unwrap().len(), 3);
+        assert_eq!(counted_points(&bytes, 2).unwrap(), written);
+        assert_eq!(counted_points(&[], 0).unwrap().len(), 0);
     }
 
     #[test]
@@ -98,6 +112,8 @@ mod tests {
         let bytes = points([[1.0, 2.0].as_slice()]);
         assert!(read_points(&bytes, 3).is_none() && read_points(&bytes, 0).is_none());
         assert!(read_points(&bytes[..15], 2).is_none());
+        assert!(counted_points(&bytes, 3).is_none() && counted_points(&bytes, 0).is_none());
+        assert!(counted_points(&[], 1).is_none());
         assert!(read_points(&points([[f64::NAN].as_slice()]), 1).is_none());
     }
 }

@@ -140,6 +140,25 @@ const STATES: &str = "ts.data";
 /// A transition state may lie below a minimum by this fraction of the range of energies: files hold rounded numbers.
 const ROUNDING: f64 = 1e-9;
 
+/// It may also lie below by one unit of its last digit, if it is written with at least this many decimals and therefore
+/// looks rounded. topsearch writes five.
+const DECIMALS: i32 = 3;
+
+/// The unit of the last digit of a number, such as 10⁻⁵ for `-1.03163`; 0 if it has few decimals.
+fn last_digit(number: &str) -> f64 {
+    let number = number.to_ascii_lowercase().replace('d', "e");
+    let (digits, exponent) = number.split_once('e').unwrap_or((&number, "0"));
+    let decimals = digits.split_once('.').map_or(0, |(_, decimals)| {
+        i32::try_from(decimals.len()).unwrap_or(i32::MAX)
+    });
+    match exponent.parse::<i32>() {
+        Ok(exponent) if decimals >= DECIMALS => {
+            libm::pow(10.0, f64::from(exponent) - f64::from(decimals))
+        }
+        _ => 0.0,
+    }
+}
+
 /// What `min.data` and `ts.data` hold.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
@@ -163,7 +182,8 @@ impl Database {
 
     /// Reads `min.data` and `ts.data` in either layout. Empty lines are skipped; Fortran exponents (`1.5D-3`) are read.
     /// Columns beyond those of PATHSAMPLE's layout are ignored. A transition state that lies below a minimum by at most
-    /// 10⁻⁹ of the range of all energies is raised to it. Rows that hold the placeholders have no vibrational data.
+    /// 10⁻⁹ of the range of all energies, or by one unit of its last digit where it has three decimals or more, is raised to
+    /// it. Rows that hold the placeholders have no vibrational data.
     ///
     /// # Errors
     /// If a line or field is invalid, or if a transition state is lower than a minimum that it joins.
@@ -333,6 +353,8 @@ impl Line<'_> {
             Layout::Topsearch => ([0, 1], 2, None),
         };
         let energy = self.number(height)?;
+        // Rounding to nearest moves both energies by half a unit, and the difference of two decimal numbers is inexact.
+        let slack = slack.max(1.001 * last_digit(self.fields[height]));
         let end = |field: usize| {
             let number = self.whole(field)?;
             let Some((row, minimum_line)) = rows.get(&number).copied() else {

@@ -122,6 +122,12 @@ fn what_does_not_fit_is_told() {
              transition state joins",
         ),
         (
+            "0 -1.03163\n1 -2.00000",
+            "1 0 -1.03165",
+            "ts.data, line 1, field 3: the energy -1.03165 lies below that of minimum 0 (-1.03163, line 1 of min.data), which \
+             this transition state joins",
+        ),
+        (
             "0 -1\n0 -2",
             "",
             "min.data, line 2, field 1: minimum 0 is already on line 1",
@@ -169,7 +175,7 @@ fn a_transition_state_within_rounding_of_its_minimum_is_raised_to_it() {
         panic!("{:?}", read.notes)
     };
     assert!(note.contains("were raised to it: 1"), "{note}");
-    for below in ["0 1 -5.00000001", "0 1 -6"] {
+    for below in ["0 1 -5.00000002", "0 1 -6"] {
         let error = Database::read(minima, below).unwrap_err();
         assert!(
             matches!(error, ExchangeError::BelowMinimum { .. }),
@@ -219,6 +225,17 @@ fn a_known_product_of_1_is_no_placeholder() {
         let product = vibrations.expect("it is known").log_product;
         assert!(product.abs() < 1e-290, "{product}");
     }
+}
+
+#[test]
+fn one_unit_of_the_last_digit_is_rounding() {
+    // Both are -1.031628; topsearch writes five decimals, and its rounding may go either way.
+    let read = Database::read("0 -1.03162\n1 -2.00000", "1 0 -1.03163").unwrap();
+    let state = read.database.transition_states[0].energy;
+    assert_eq!(state.to_bits(), (-1.03162_f64).to_bits());
+    assert!(read.notes[0].ends_with("were raised to it: 1"));
+    let read = Database::read("0 -1.03162D-3\n1 -2.0D-3", "1 0 -1.03163D-3").unwrap();
+    assert_eq!(read.notes.len(), 1);
 }
 
 #[test]
