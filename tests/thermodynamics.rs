@@ -63,6 +63,14 @@ fn rates_of_a_published_network() {
     for file in ["there.md", "there.svg", "there.png"] {
         assert!(desk.path(file).is_file(), "{file}");
     }
+    // Nothing of these files was verified, nor was it by an import.
+    let imported = desk.run("import published --no-report -q");
+    assert!(imported.status.success(), "{imported:?}");
+    for folder in ["published", "published.landscape"] {
+        let output = desk.run(&format!("thermodynamics {folder} --json -o {folder}.there"));
+        let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(found["funnels"]["evidence"], "given", "{output:?}");
+    }
     // Friction slows everything down, but needs curvatures that PATHSAMPLE's files do not hold.
     let said = desk.mistake(&format!(
         "rates published --from {b} --to {a} --temperature 1 --friction 2"
@@ -82,6 +90,7 @@ fn thermodynamics_of_a_surface() {
     assert!(output.status.success(), "{output:?}");
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(found["vibrational_modes"], 2);
+    assert_eq!(found["funnels"]["evidence"], "saddle");
     let curves = found["curves"].as_array().unwrap();
     assert_eq!(curves.len(), 40);
     // Equipartition at the lowest temperature: two modes, and nearly all in one minimum.
@@ -106,6 +115,8 @@ fn thermodynamics_of_a_surface() {
     ] {
         assert!(folder.join(file).is_file(), "{file}");
     }
+    let tree = fs::read_to_string(folder.join("tree.json")).unwrap();
+    assert!(tree.contains("saddle") && !tree.contains("given"), "{tree}");
     let superbasins = fs::read_to_string(folder.join("superbasins.csv")).unwrap();
     let counts: Vec<usize> = (superbasins.lines().skip(1))
         .map(|line| line.split_once(',').unwrap().1.parse().unwrap())

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::args::Common;
 use super::input;
-use super::output::{check_file, check_place};
+use super::output::{check_file, check_side_file};
 use crate::cli::printing::{complain, print, print_json};
 use crate::figure::{Image, Marker, Scene, Surface, contact_sheet_canvas};
 use crate::hand::{HAND_NAMES, Hand, JointKind, Link, LinkId, Motion, PosedHand, Skin};
@@ -131,12 +131,7 @@ fn inspect(command: &HandsInspect, common: &Common) -> anyhow::Result<()> {
     let picture = picture(command);
     check_file(&picture, &[Path::new(&command.hand)], common.force)?;
     if let Some(side_file) = &command.side_file {
-        check_place(side_file)?;
-        anyhow::ensure!(
-            !side_file.exists() || common.force,
-            "{} exists and may have been edited: name another file (--side-file), or overwrite it (--force)",
-            side_file.display()
-        );
+        check_side_file(side_file, common.force)?;
     }
     let beside = Path::new(&command.hand).with_extension("json");
     if !common.quiet && !HAND_NAMES.contains(&command.hand.as_str()) && beside.is_file() {

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use serde_json::{Value, json};
 
 use super::args::{Common, within};
-use super::output::{check_file, check_place};
+use super::output::{check_file, check_side_file};
 use super::{input, progress};
 use crate::cli::printing::{complain, print, print_json};
 use crate::figure::{Image, Scene, Surface, contact_sheet_canvas};
@@ -80,12 +80,7 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
     let picture = command.picture.clone().unwrap_or(named.into());
     check_file(&picture, &[Path::new(&command.object)], common.force)?;
     if let Some(side_file) = &command.side_file {
-        check_place(side_file)?;
-        anyhow::ensure!(
-            !side_file.exists() || common.force,
-            "{} exists and may have been edited: name another file (--side-file), or overwrite it (--force)",
-            side_file.display()
-        );
+        check_side_file(side_file, common.force)?;
     }
     let working = progress::spinner("measuring the object", common.quiet);
     let (metadata, mut notes) = input::object(&command.object, command.scale)?;

@@ -35,6 +35,18 @@ pub(super) fn check_file(output: &Path, inputs: &[&Path], force: bool) -> anyhow
     Ok(())
 }
 
+/// Rejects a side file before any work if it cannot be written, or (without `--force`) if it exists, because users edit
+/// such files.
+pub(super) fn check_side_file(side_file: &Path, force: bool) -> anyhow::Result<()> {
+    check_place(side_file)?;
+    ensure!(
+        !side_file.exists() || force,
+        "{} exists and may have been edited: name another file (--side-file), or overwrite it (--force)",
+        side_file.display()
+    );
+    Ok(())
+}
+
 /// Rejects an output folder before any work if it cannot be written, if it is one of the `inputs`, or (without `--force`)
 /// if it contains files other than the `expected` ones.
 pub(super) fn check_folder(

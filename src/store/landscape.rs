@@ -32,9 +32,10 @@ use serde_json::{Value, json};
 use super::atomic::AtomicFolder;
 use super::columns::Columns;
 use super::error::{Fault, StoreError, Warning};
-use super::grasps::{GraspFile, Overrides, term_column};
+use super::grasps::{GraspFile, term_column};
 use super::machine::Machine;
 use super::metadata::{HandMetadata, ObjectMetadata, Source, bad, check_version, content_hash};
+use super::overrides::Overrides;
 use super::row::{self, Column, columns};
 use super::table::{FLOAT, IDS, TEXTS, Table};
 
@@ -87,7 +88,7 @@ pub struct EdgeRow {
     pub relative_barrier: Option<f64>,
     /// Length of the path in the metric of the space.
     pub length: Option<f64>,
-    /// `saddle`, `seam`, `path`, `chain` or `none`.
+    /// `saddle`, `seam`, `given`, `path`, `chain` or `none`.
     pub evidence: String,
     /// The energy term that dominates at the highest point.
     pub term: Option<String>,
@@ -261,6 +262,15 @@ impl LandscapeFiles {
             paths: read_paths(&read_table(folder, PATHS)?, &manifest.terms)?,
             manifest,
         })
+    }
+
+    /// The manifest of a finished landscape alone, without its tables.
+    ///
+    /// # Errors
+    /// If the folder is not one, or if the manifest is damaged, altered or of another version.
+    pub fn manifest(folder: &Path) -> Result<Manifest, StoreError> {
+        let (manifest, _) = read_manifest(folder)?;
+        Ok(manifest)
     }
 
     /// The grasps of a finished landscape; `None` if it does not hold them, as a landscape of a surface or of an earlier

@@ -1,6 +1,7 @@
 //! Files on disk: Parquet tables, the manifest, the journal. Only this module uses arrow and parquet.
 //!
 //! * [`GraspFile`]: `grasps.parquet`, one row per grasp. Its columns are listed in [`grasps`].
+//! * [`Overrides`]: hand and object that replace those of such a file.
 //! * [`LandscapeFiles`]: the tables and the manifest of an `X.landscape/` folder.
 //! * [`exchange`]: reading and writing of grasps in the formats of other programs.
 //! * [`AtomicFolder`], [`write_atomic`]: a file or folder takes its final name only when it is complete.
@@ -23,6 +24,7 @@ mod landscape;
 mod machine;
 mod metadata;
 mod network;
+mod overrides;
 mod population;
 mod quaternion;
 mod rebuild;
@@ -35,7 +37,7 @@ mod table;
 pub use atomic::{AtomicFolder, FileSet, JOURNAL, write_atomic};
 pub use attempts::{read_attempts, write_attempts};
 pub use error::{Fault, StoreError, Warning};
-pub use grasps::{GraspFile, GraspRow, Overrides};
+pub use grasps::{GraspFile, GraspRow};
 pub use journal::{
     Journal, RunStatus, StageStatus, Worker, WorkerState, WorkerStatus, WorkersJournal,
 };
@@ -46,6 +48,7 @@ pub use machine::Machine;
 pub use metadata::{
     HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION, Source, Step, TextFile, content_hash,
 };
+pub use overrides::Overrides;
 pub use population::Population;
 pub use rebuild::RebuildError;
 pub use resampled::{read_resampled, write_resampled};

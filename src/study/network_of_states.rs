@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::error::StudyError;
-use crate::store::{StationaryRow, StoreError};
+use crate::store::{LandscapeFiles, StationaryRow, StoreError};
 use crate::topography::exchange::{Database, Vibrations};
 use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree, Verdict};
 
@@ -11,8 +11,6 @@ use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree, Verdict}
 const FILES: [&str; 2] = ["min.data", "ts.data"];
 /// A curvature below this fraction of the greatest of all is 0 within the accuracy of the differences.
 const FLAT: f64 = 1e-6;
-/// Tables of landscapes that this program searched; imported ones have neither.
-const OWN: [&str; 2] = ["stationary.parquet", "resampled.parquet"];
 /// Greatest number of points that a note names.
 const NAMED: usize = 8;
 /// Energies divided by a temperature, and temperatures, must be below this, so that sums of them are numbers.
@@ -27,6 +25,9 @@ pub struct NetworkOfStates {
     pub database: Database,
     /// The lowest connection of each pair.
     pub network: Network,
+    /// The evidence for each connection: [`Evidence::Saddle`] if this program searched the landscape, otherwise
+    /// [`Evidence::Given`].
+    pub evidence: Evidence,
     /// Its tree of merges.
     pub tree: Tree,
     /// Sets of minima that low barriers join.
@@ -44,7 +45,8 @@ impl NetworkOfStates {
     /// these.
     ///
     /// # Errors
-    /// If a file is missing or damaged, or if it holds no vibrational data (`min.data` of topsearch).
+    /// If a file is missing or damaged (the manifest, if there is one, too), or if it holds no vibrational data (`min.data`
+    /// of topsearch).
     pub fn open(folder: &Path, groups: &GroupSettings) -> Result<Self, StudyError> {
         if !folder.is_dir() {
             return Err(if folder.exists() {
@@ -70,13 +72,13 @@ impl NetworkOfStates {
         (database.transition_states).retain(|state| state.vibrations.is_some());
         let left_out = before - database.transition_states.len();
         let database = database.by_energy();
-        let mut network = database.network();
-        if OWN.iter().any(|table| folder.join(table).is_file()) {
-            // Only verified saddles have curvatures.
-            for edge in network.edge_weights_mut() {
-                edge.evidence = Evidence::Saddle;
-            }
-        }
+        // Of our own connections, only verified saddles have curvatures.
+        let evidence = if is_own(folder)? {
+            Evidence::Saddle
+        } else {
+            Evidence::Given
+        };
+        let network = network_of(&database, evidence);
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
         Ok(Self {
             name: name.strip_suffix(".landscape").unwrap_or(&name).to_owned(),
@@ -84,9 +86,15 @@ impl NetworkOfStates {
             groups: Groups::new(&network, groups),
             database,
             network,
+            evidence,
             left_out,
             notes,
         })
+    }
+
+    /// The network of the same states with free energies.
+    pub(super) fn network_of(&self, free: &Database) -> Network {
+        network_of(free, self.evidence)
     }
 
     /// Refuses temperatures at which free energies or logarithms of rates would be beyond the range of numbers.
@@ -111,6 +119,24 @@ impl NetworkOfStates {
             text.extend(["\nNote: ", note, ".\n"]);
         }
         text
+    }
+}
+
+fn network_of(database: &Database, evidence: Evidence) -> Network {
+    let mut network = database.network();
+    for edge in network.edge_weights_mut() {
+        edge.evidence = evidence;
+    }
+    network
+}
+
+/// Whether this program searched the landscape. What was imported says so in its manifest, and texts of other programs have no
+/// manifest. Tables do not tell: which of them there are depends on how a landscape was searched.
+fn is_own(folder: &Path) -> Result<bool, StoreError> {
+    match LandscapeFiles::manifest(folder) {
+        Ok(manifest) => Ok(manifest.energy.get("imported").is_none()),
+        Err(StoreError::Unfinished(_)) => Ok(false),
+        Err(error) => Err(error),
     }
 }
 
@@ -202,7 +228,11 @@ fn read(folder: &Path, name: &str) -> Result<String, StoreError> {
 
 #[cfg(test)]
 mod tests {
+    use petgraph::graph::EdgeIndex;
+    use serde_json::{Value, json};
+
     use super::*;
+    use crate::store::{AtomicFolder, Manifest};
 
     fn row(index: u64, id: u64, curvatures: &[f64], verdict: &str) -> StationaryRow {
         StationaryRow {
@@ -255,5 +285,43 @@ mod tests {
         assert_eq!(known.negative_curvature, Some(-3.0));
         assert_eq!(database.vibrational_modes, Some(1));
         assert_eq!(complete(&mut database, &rows[..2]).len(), 1);
+    }
+
+    /// A landscape without replicated chains has no resampled trees, and was taken for an imported one.
+    #[test]
+    fn our_own_saddles_are_verified_without_tables_of_resamplings() {
+        let place = tempfile::tempdir().unwrap();
+        let evidence = |name: &str, energy: Option<Value>| {
+            let path = place.path().join(name);
+            if let Some(energy) = energy {
+                let manifest = Manifest {
+                    energy,
+                    ..Manifest::default()
+                };
+                let folder = AtomicFolder::open(&path, false).unwrap();
+                let files = LandscapeFiles {
+                    manifest,
+                    ..LandscapeFiles::default()
+                };
+                files.write(&folder).unwrap();
+                folder.finish().unwrap();
+            } else {
+                std::fs::create_dir(&path).unwrap();
+            }
+            std::fs::write(path.join("min.data"), "0 2 1 0 0 0\n1 2 1 0 0 0\n").unwrap();
+            std::fs::write(path.join("ts.data"), "2 1 1 1 2 0 0 0\n").unwrap();
+            let states = NetworkOfStates::open(&path, &GroupSettings::default()).unwrap();
+            let free = states.network_of(&states.database);
+            let networks = [&states.network, &free];
+            let [told, of_free] = networks.map(|network| network[EdgeIndex::new(0)].evidence);
+            assert_eq!(told, of_free);
+            told
+        };
+        let own = json!({ "surface": "muller-brown" });
+        assert_eq!(evidence("own.landscape", Some(own)), Evidence::Saddle);
+        let imported = json!({ "imported": "PATHSAMPLE" });
+        let imported = evidence("imported.landscape", Some(imported));
+        assert_eq!(imported, Evidence::Given);
+        assert_eq!(evidence("texts", None), Evidence::Given);
     }
 }

@@ -182,7 +182,7 @@ impl<'a> Thermodynamics<'a> {
         for name in ["thermodynamics.svg", "thermodynamics.png"] {
             put(name, &sheet.encode(name.as_ref())?)?;
         }
-        let network = self.free.network();
+        let network = self.states.network_of(&self.free);
         let groups = Groups::below(&network, self.states.groups.barrier, Evidence::Path);
         let titles = Titles::of_free_energies(&self.states.name, self.free_energy_at);
         let drawing = Drawing {

@@ -84,7 +84,7 @@ class Tree:
     @cached_property
     def nodes(self) -> Table:
         """``energy`` (of the minimum, or of the pass), ``parent`` (−1 for a root), ``minimum`` (−1 for a merge) and
-        ``evidence`` (``saddle``, ``seam``, ``path`` or ``chain``)."""
+        ``evidence`` (``saddle``, ``seam``, ``given``, ``path`` or ``chain``)."""
         return Table(self._native.nodes())
 
     def merge_height(self, a: int, b: int) -> float:
