@@ -64,10 +64,9 @@ def help_page(program, command):
 
 
 def settings_page(program, command):
-    flag = "--settings" if command == "stability" else "--config"
     parts = [
         f"# Settings of {command}\n",
-        f"`landscape config {command}` prints such a file, and `landscape {command} {flag} FILE` reads it. "
+        f"`landscape config {command}` prints such a file, and `landscape {command} --config FILE` reads it. "
         "[Use from scripts](../scripts.md#settings-in-files) tells what a file may leave out.\n",
     ]
     if command == "stability":

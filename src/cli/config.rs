@@ -31,7 +31,7 @@ enum Configurable {
     Build,
     /// For `surface --config`: search, lowest part and groups.
     Surface,
-    /// For `stability --settings`: the protocol.
+    /// For `stability --config`: the protocol.
     Stability,
 }
 

@@ -265,9 +265,11 @@ impl Watch {
     pub fn see(&self, news: Progress) {
         let mut bar = self.bar.lock().unwrap_or_else(PoisonError::into_inner);
         let total = news.total as u64;
-        let same = bar
-            .as_ref()
-            .is_some_and(|(phase, bar)| *phase == news.phase && bar.length() == Some(total));
+        // A total that grows, as that of a search, belongs to the same work. Another round of a phase begins again.
+        let same = bar.as_ref().is_some_and(|(phase, bar)| {
+            let goes_on = news.done as u64 >= bar.position();
+            *phase == news.phase && (goes_on || bar.length() == Some(total))
+        });
         if !same {
             if let Some((_, old)) = bar.take() {
                 old.finish_and_clear();
@@ -277,6 +279,7 @@ impl Watch {
             *bar = Some((news.phase, progress::bar(what, total, self.quiet)));
         }
         if let Some((_, bar)) = bar.as_ref() {
+            bar.set_length(total);
             bar.set_position(news.done as u64);
         }
     }
@@ -311,6 +314,41 @@ impl Watch {
             threads: rayon::current_num_threads(),
             machine: Machine::here(),
             phases: (self.phases.into_inner()).unwrap_or_else(PoisonError::into_inner),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// With a bar for each total, a long search in small rounds never printed a line.
+    #[test]
+    fn a_growing_total_keeps_the_bar() {
+        let watch = Watch::new(true);
+        let see = |phase, done, total| watch.see(Progress { phase, done, total });
+        let state = || {
+            let bar = watch.bar.lock().unwrap();
+            let (_, bar) = bar.as_ref().unwrap();
+            (bar.message(), bar.position(), bar.length())
+        };
+        see(Phase::Search, 3, 10);
+        watch
+            .bar
+            .lock()
+            .unwrap()
+            .as_ref()
+            .unwrap()
+            .1
+            .set_message("the first bar");
+        see(Phase::Search, 10, 40);
+        assert_eq!(state(), ("the first bar".to_owned(), 10, Some(40)));
+        // Another thread reports late.
+        see(Phase::Search, 9, 40);
+        assert_eq!(state().0, "the first bar");
+        for (phase, done, total) in [(Phase::Search, 0, 8), (Phase::Retry, 0, 8)] {
+            see(phase, done, total);
+            assert_eq!(state(), (phase.name().to_owned(), 0, Some(8)));
         }
     }
 }

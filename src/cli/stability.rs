@@ -27,7 +27,8 @@ pub(super) struct Stability {
     #[arg(long, value_enum, default_value_t = ProtocolName::Drop, conflicts_with = "settings")]
     protocol: ProtocolName,
     /// Your own protocol (TOML): `protocol = "drop"` or `"six-directions"` and any of its numbers.
-    #[arg(long, value_name = "FILE")]
+    // Files and scripts of earlier versions say `--settings`.
+    #[arg(long = "config", alias = "settings", value_name = "FILE")]
     settings: Option<PathBuf>,
     /// Write the protocol with all its numbers to standard output, and do nothing else.
     #[arg(long)]
@@ -70,7 +71,7 @@ Examples:
   landscape stability grasps.parquet                       grasps.stability.parquet: the same with a column `stable`
   landscape stability grasps.parquet --protocol six-directions -o held.parquet
   landscape stability grasps.parquet --print-protocol > mine.toml
-  landscape stability grasps.parquet --settings mine.toml  a protocol of your own
+  landscape stability grasps.parquet --config mine.toml    a protocol of your own
 
 Protocols (rigid bodies, Coulomb friction, the Rapier engine in its deterministic mode):
   drop                  The test of Liu et al. (2021). The hand is rigid and does not move; gravity of 10 m/s² pulls the
@@ -155,7 +156,7 @@ fn protocol(command: &Stability) -> anyhow::Result<Protocol> {
         return Ok(command.protocol.numbers());
     };
     let text = std::fs::read_to_string(path)
-        .with_context(|| format!("--settings: cannot read {}", path.display()))?;
+        .with_context(|| format!("--config: cannot read {}", path.display()))?;
     let protocol: Protocol = crate::formats::toml_text::parse(&text)
         .with_context(|| format!("{} is not a protocol", path.display()))?;
     protocol

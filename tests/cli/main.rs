@@ -119,7 +119,7 @@ const BUILD: &str = "build g.parquet --first 3 --quiet";
 /// grasps hold and others do not.
 const PATIENT: &str = "protocol = \"drop\"\nrest = { time_s = 1000.0 }\n\
                        friction = { hand = 0.35, object = 0.35, combine = \"multiply\" }\n";
-const STABILITY: &str = "stability g.parquet --settings p.toml -q -o held.parquet";
+const STABILITY: &str = "stability g.parquet --config p.toml -q -o held.parquet";
 
 /// `g.parquet` of [`SYNTH`], made once, on one thread.
 fn grasps() -> &'static [u8] {

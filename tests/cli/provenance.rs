@@ -232,7 +232,7 @@ const RUNS: [(&str, &[&str]); 19] = [
         "stability",
         &[
             "@/-g.parquet",
-            "--settings",
+            "--config",
             "@/short.toml",
             "--hand",
             "@/own's hand.urdf",
@@ -349,7 +349,7 @@ fn inputs() -> &'static Desk {
         write("pairs.py", PAIRS);
         fs::write(desk.path("-g.parquet"), grasps()).unwrap();
         fs::write(desk.path("held.parquet"), grasps()).unwrap();
-        desk.succeed("stability held.parquet --settings p.toml -q -o h");
+        desk.succeed("stability held.parquet --config p.toml -q -o h");
         fs::rename(desk.path("h"), desk.path("held $1.parquet")).unwrap();
         desk.succeed("export held.parquet csv -q -o t.csv");
         desk.succeed("export held.parquet dexgraspnet -q -o a.npy");
