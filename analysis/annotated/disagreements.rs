@@ -105,8 +105,8 @@ pub(crate) fn write(cases: &[Case], people: &Path, stem: &Path, rule: &str) -> R
          disagreements about which the rule is most certain, at most {OF_ONE_OBJECT} of an object, from two sides in \
          [annotated_disagreements.png](annotated_disagreements.png). *Touch*: digits within 5 mm by the rule, P the palm. The \
          last two columns are a judgement from the pictures and the definitions of the types, not a second annotation.\n\n\
-         | | object | the person | the rule | touch | the person's label agrees with contact | who is right | a second annotator |\n\
-         |---|---|---|---|---|---|---|---|\n"
+         | | object | grasp | the person | the rule | probability | label | touch | the person's label agrees with contact | who is right | a second annotator |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|\n"
     );
     for (place, case) in chosen.iter().enumerate() {
         let object = Object::load(mesh_of(people, &case.object)?)?;
@@ -139,7 +139,7 @@ pub(crate) fn write(cases: &[Case], people: &Path, stem: &Path, rule: &str) -> R
         let (right, second) = seen.map_or(("", ""), |(_, right, second)| (right, second));
         let _ = writeln!(
             text,
-            "| {} | {} ({}) | {} | {found} ({score:.2}), label {} | {} | {} | {right} | {second} |",
+            "| {} | {} | {} | {} | {found} | {score:.2} | {} | {} | {} | {right} | {second} |",
             place + 1,
             case.object,
             case.id,

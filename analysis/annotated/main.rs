@@ -6,21 +6,27 @@
 //! The folder holds `ycb_affordance` (grasps, objects and the hand), `taxonomy` (templates of the types) and
 //! `hands/shadow_dexonomy` (the hand of the templates). None of this is part of the project, and no number of the rule is
 //! fitted to it. One third of the objects was not looked at before the rule was final (`people.rs`); `--looked-at` leaves it
-//! out. `--human` uses the poses that were fitted to our human hand.
+//! out, and with it the targets and what limits the rule. `--human` uses the poses that were fitted to our human hand.
 
 mod case;
+mod contact;
 mod disagreements;
 mod learner;
+mod learners;
+mod limits;
+mod pairs;
 mod people;
 mod picture;
 #[path = "../reliability.rs"]
 mod reliability;
 mod report;
+mod targets;
 mod templates;
+mod trees;
 
 use std::path::{Path, PathBuf};
 
-use case::Case;
+use case::{Case, Measure};
 use landscape::evaluation::taxonomy::{Rule, explain};
 use people::{Model, UNSEEN};
 
@@ -52,7 +58,7 @@ fn main() -> Result<(), Failure> {
         }
     }
     let data = std::env::var_os("LANDSCAPE_TEST_DATA").ok_or("LANDSCAPE_TEST_DATA is not set")?;
-    let sets = sets(Path::new(&data), model, &rule, !looked_at)?;
+    let mut sets = sets(Path::new(&data), model, &rule, !looked_at)?;
     for case in sets.iter().flat_map(|set| &set.cases) {
         if explained.iter().any(|id| *id == case.id || id == "all") {
             println!(
@@ -64,21 +70,43 @@ fn main() -> Result<(), Failure> {
             );
         }
     }
-    let all: Vec<&Case> = sets
-        .iter()
+    let people = Path::new(&data).join("ycb_affordance");
+    let mut learned = learned(&sets).into_iter();
+    for case in sets
+        .iter_mut()
         .filter(|set| set.posed_by_people)
-        .flat_map(|set| &set.cases)
-        .collect();
-    let learned = learner::leave_one_object_out(&all);
-    let report = report::report(&sets, &learned, &rule.version);
+        .flat_map(|set| &mut set.cases)
+    {
+        case.learned = learned.next().unwrap_or_default();
+    }
+    let other_hand = if looked_at || model == Model::Human {
+        None
+    } else {
+        Some(people::cases(&people, Model::Human, &rule, |_| true)?)
+    };
+    let report = report::report(&sets, other_hand.as_deref(), &rule.version)?;
     std::fs::write(output.with_extension("md"), &report)?;
     picture::picture(&sets).save(&output.with_extension("png"))?;
     if model == Model::Mano {
-        let people = Path::new(&data).join("ycb_affordance");
         let stem = output.with_file_name("annotated_disagreements");
         disagreements::write(&sets[0].cases, &people, &stem, &rule.version)?;
     }
     Ok(())
+}
+
+/// What the learners get right of people's grasps.
+fn learned(sets: &[Set]) -> Vec<Vec<case::Learned>> {
+    let people = sets.iter().filter(|set| set.posed_by_people);
+    let all: Vec<&Case> = people.flat_map(|set| &set.cases).collect();
+    let regression = learner::leave_one_object_out(&all);
+    let trees = Measure::ALL.map(|measure| trees::leave_one_object_out(&all, measure));
+    let of_case = |(place, case): (usize, &&Case)| {
+        vec![
+            Measure::ALL.map(|measure| regression.right(place, case.truth, measure)),
+            Measure::ALL.map(|measure| Some(trees[measure as usize].as_ref()?[place])),
+        ]
+    };
+    all.iter().enumerate().map(of_case).collect()
 }
 
 fn sets(data: &Path, model: Model, rule: &Rule, whole: bool) -> Result<Vec<Set>, Failure> {
@@ -93,7 +121,7 @@ fn sets(data: &Path, model: Model, rule: &Rule, whole: bool) -> Result<Vec<Set>,
     if whole {
         sets.push(Set {
             name: "People's grasps, objects that were not looked at".to_owned(),
-            short: "unseen",
+            short: "third",
             posed_by_people: true,
             cases: people::cases(&people, model, rule, unseen)?,
         });

@@ -6,10 +6,9 @@ use std::fmt::Write;
 use landscape::agreement::bootstrap;
 use landscape::evaluation::taxonomy::Taxonomy;
 
-use crate::Set;
-use crate::case::{Case, Measure};
-use crate::learner::Learned;
+use crate::case::{Case, Measure, Who};
 use crate::reliability::{Bin, calibration_error, reliability as curve, table};
+use crate::{Failure, Set, learners, limits, pairs, targets};
 
 const DRAWS: usize = 2000;
 const SEED: u64 = 25;
@@ -21,6 +20,48 @@ pub(crate) const FREQUENT: usize = 10;
 pub(crate) struct Share {
     pub(crate) value: f64,
     pub(crate) interval: [f64; 2],
+}
+
+/// Cases that are told of together.
+pub(crate) struct View<'a> {
+    name: String,
+    pub(crate) short: &'static str,
+    pub(crate) posed_by_people: bool,
+    pub(crate) cases: Vec<&'a Case>,
+}
+
+impl<'a> View<'a> {
+    /// A view of each set and, before the templates, one of all that people posed.
+    fn of_all(sets: &'a [Set]) -> Vec<Self> {
+        let view = |set: &'a Set| View {
+            name: set.name.clone(),
+            short: set.short,
+            posed_by_people: set.posed_by_people,
+            cases: set.cases.iter().collect(),
+        };
+        let (people, others): (Vec<&Set>, Vec<&Set>) =
+            sets.iter().partition(|set| set.posed_by_people);
+        let mut views: Vec<Self> = people.iter().map(|set| view(set)).collect();
+        if people.len() > 1 {
+            views.push(View {
+                name: "People's grasps, all".to_owned(),
+                short: "all",
+                posed_by_people: true,
+                cases: people.iter().flat_map(|set| &set.cases).collect(),
+            });
+        }
+        views.extend(others.iter().map(|set| view(set)));
+        views
+    }
+
+    /// The cases whose label agrees with contact.
+    pub(crate) fn agreeing(&self) -> Vec<&'a Case> {
+        self.cases
+            .iter()
+            .copied()
+            .filter(|case| case.agrees)
+            .collect()
+    }
 }
 
 /// A mean over cases (or over types), NaN without any.
@@ -47,19 +88,39 @@ pub(crate) fn over_objects(cases: &[&Case], statistic: Statistic<'_>) -> Share {
 
 /// The share of cases that are right.
 pub(crate) fn per_grasp(cases: &[&Case], measure: Measure) -> f64 {
-    let right = cases.iter().filter(|case| case.right(measure)).count();
-    right as f64 / cases.len() as f64
+    told(cases, Who::Rule, measure)
 }
 
-/// The mean over the types that occur of the share that is right.
-fn per_type(cases: &[&Case], measure: Measure, least: usize) -> f64 {
-    let mut of_type: BTreeMap<u8, Vec<&Case>> = BTreeMap::new();
-    for case in cases {
-        of_type.entry(case.truth.number).or_default().push(case);
-    }
-    of_type.retain(|_, own| own.len() >= least);
-    let shares = of_type.values().map(|own| per_grasp(own, measure));
-    shares.sum::<f64>() / of_type.len() as f64
+/// The share of cases that somebody names right; NaN where there is no answer.
+pub(crate) fn told(cases: &[&Case], who: Who, measure: Measure) -> f64 {
+    let right = cases.iter().map(|case| case.right_by(who, measure));
+    let right: Option<Vec<bool>> = right.collect();
+    right.map_or(f64::NAN, |right| {
+        right.iter().filter(|right| **right).count() as f64 / cases.len() as f64
+    })
+}
+
+/// The mean over these types, as far as they occur, of the share that somebody names right.
+pub(crate) fn per_type(cases: &[&Case], who: Who, measure: Measure, types: &[u8]) -> f64 {
+    let shares = types.iter().filter_map(|number| {
+        let own: Vec<&Case> = of_type(cases, *number);
+        (!own.is_empty()).then(|| told(&own, who, measure))
+    });
+    let shares: Vec<f64> = shares.collect();
+    shares.iter().sum::<f64>() / shares.len() as f64
+}
+
+/// The cases to which the person gave this type.
+fn of_type<'a>(cases: &[&'a Case], number: u8) -> Vec<&'a Case> {
+    let own = cases.iter().filter(|case| case.truth.number == number);
+    own.copied().collect()
+}
+
+/// The types of which there are at least so many grasps.
+pub(crate) fn types_of(cases: &[&Case], least: usize) -> Vec<u8> {
+    let all = Taxonomy::feix().types.iter().map(|entry| entry.number);
+    all.filter(|number| of_type(cases, *number).len() >= least.max(1))
+        .collect()
 }
 
 /// The share that the commonest answer would get.
@@ -71,47 +132,59 @@ pub(crate) fn commonest(cases: &[&Case], measure: Measure) -> Option<f64> {
     Some(*counts.values().max()? as f64 / cases.len() as f64)
 }
 
-fn percent(share: Share) -> String {
-    let Share {
-        value,
-        interval: [low, high],
-    } = share;
-    if value.is_nan() {
-        return "–".to_owned();
+/// A share in percent, or a dash.
+pub(crate) fn percent(share: f64) -> String {
+    if share.is_nan() {
+        "–".to_owned()
+    } else {
+        format!("{:.1}", 100.0 * share)
+    }
+}
+
+/// Two cells of a table: the share and its interval.
+pub(crate) fn with_interval(share: Share) -> String {
+    let [low, high] = share.interval;
+    if share.value.is_nan() {
+        return "– | –".to_owned();
     }
     format!(
-        "{:.1} ({:.1} to {:.1})",
-        100.0 * value,
-        100.0 * low,
-        100.0 * high
+        "{} | {} to {}",
+        percent(share.value),
+        percent(low),
+        percent(high)
     )
 }
 
 /// Rows of one set of cases.
 fn rows(name: &str, cases: &[&Case]) -> String {
+    let types = types_of(cases, 1);
     let mut text = format!(
         "\n## {name}\n\n{} grasps of {} objects, {} types.\n\n\
-         | % | per grasp (95 % interval) | mean over types | always the commonest |\n|---|---|---|---|\n",
+         | % | per grasp | 95 % interval | mean over types | 95 % interval | always the commonest |\n\
+         |---|---|---|---|---|---|\n",
         cases.len(),
         count_of(cases, |case| case.object.clone()),
-        count_of(cases, |case| case.truth.name.clone()),
+        types.len(),
     );
     for measure in Measure::ALL {
         let common = commonest(cases, measure);
         let _ = writeln!(
             text,
-            "| {} | {} | {:.1} | {} |",
+            "| {} | {} | {} | {} |",
             measure.name(),
-            percent(over_objects(cases, &|cases| per_grasp(cases, measure))),
-            100.0 * per_type(cases, measure, 1),
-            common.map_or("–".to_owned(), |share| format!("{:.1}", 100.0 * share)),
+            with_interval(over_objects(cases, &|cases| per_grasp(cases, measure))),
+            with_interval(over_objects(cases, &|cases| {
+                per_type(cases, Who::Rule, measure, &types)
+            })),
+            percent(common.unwrap_or(f64::NAN)),
         );
     }
-    let frequent = over_objects(cases, &|cases| per_type(cases, Measure::Type, FREQUENT));
+    let frequent = types_of(cases, FREQUENT);
+    let mean = |cases: &[&Case]| per_type(cases, Who::Rule, Measure::Type, &frequent);
     let _ = writeln!(
         text,
-        "| type, mean over types of at least {FREQUENT} grasps | {} | | |",
-        percent(frequent)
+        "| type, over types of at least {FREQUENT} grasps | – | – | {} | – |",
+        with_interval(over_objects(cases, &mean))
     );
     text
 }
@@ -130,10 +203,7 @@ fn types(cases: &[&Case]) -> String {
         let own: Vec<&&Case> = (cases.iter())
             .filter(|case| case.truth.number == entry.number)
             .collect();
-        let answered = cases
-            .iter()
-            .filter(|case| case.found_type().is_some_and(|f| f.number == entry.number))
-            .count();
+        let answered = answered(cases, entry.number);
         if own.is_empty() && answered == 0 {
             continue;
         }
@@ -166,6 +236,12 @@ fn types(cases: &[&Case]) -> String {
     text
 }
 
+/// How often this type is answered.
+pub(crate) fn answered(cases: &[&Case], number: u8) -> usize {
+    let answered = |case: &&&Case| case.found_type().is_some_and(|f| f.number == number);
+    cases.iter().filter(answered).count()
+}
+
 /// Bins of the best type's score.
 pub(crate) fn reliability(cases: &[&Case]) -> Vec<Bin> {
     let answered = cases.iter().filter_map(|case| {
@@ -175,89 +251,82 @@ pub(crate) fn reliability(cases: &[&Case]) -> Vec<Bin> {
     curve(answered).to_vec()
 }
 
-fn calibration(cases: &[&Case]) -> String {
+fn calibration(name: &str, cases: &[&Case]) -> String {
     let bins = reliability(cases);
     format!(
-        "\nExpected calibration error of the type's score: {:.3}.\n\n{}",
+        "\n## {name}: probabilities and types\n\nExpected calibration error of the type's score: {:.3}.\n\n{}",
         calibration_error(&bins),
         table("score", "grasps", &bins)
     )
 }
 
 /// One row for each set, and one for the commonest answer.
-fn summary(sets: &[Set], learned: &Learned) -> String {
-    let mut text = "\n| % of grasps | grasps |".to_owned();
+fn summary(views: &[View<'_>]) -> String {
+    let mut text = "\n## In short\n\n| % of grasps | grasps |".to_owned();
     for measure in Measure::ALL {
         let _ = write!(text, " {} |", measure.name());
     }
     text += "\n|---|---|---|---|---|---|---|---|---|\n";
-    let mut row = |name: &str, cases: &[&Case], share: &dyn Fn(Measure) -> Option<f64>| {
+    let mut row = |name: &str, cases: &[&Case], share: &dyn Fn(Measure) -> f64| {
         let _ = write!(text, "| {name} | {} |", cases.len());
         for measure in Measure::ALL {
-            let told =
-                share(measure).map_or("–".to_owned(), |share| format!("{:.1}", 100.0 * share));
-            let _ = write!(text, " {told} |");
+            let _ = write!(text, " {} |", percent(share(measure)));
         }
         text.push('\n');
     };
-    let mut first = 0;
-    for set in sets {
-        let all: Vec<&Case> = set.cases.iter().collect();
-        let start = first;
-        first += all.len();
-        row(&set.name, &all, &|measure| Some(per_grasp(&all, measure)));
-        row(
-            &format!("always the commonest, {}", set.short),
-            &all,
-            &|measure| commonest(&all, measure),
-        );
-        if set.posed_by_people {
-            let told = |keep: &dyn Fn(&Case) -> bool, measure: Measure| {
-                let kept = all.iter().enumerate().filter(|(_, case)| keep(case));
-                let right = kept.map(|(i, case)| learned.right(start + i, case.truth, measure));
-                let right: Vec<bool> = right.collect::<Option<_>>()?;
-                let count = right.iter().filter(|right| **right).count();
-                Some(count as f64 / right.len() as f64)
-            };
-            row(&format!("learner, {}", set.short), &all, &|measure| {
-                told(&|_| true, measure)
+    for view in views {
+        let (all, agree, short) = (&view.cases, view.agreeing(), view.short);
+        row(&view.name, all, &|measure| per_grasp(all, measure));
+        let common = |measure| commonest(all, measure).unwrap_or(f64::NAN);
+        row(&format!("always the commonest, {short}"), all, &common);
+        for who in Who::LEARNERS.into_iter().filter(|_| view.posed_by_people) {
+            let name = who.name();
+            row(&format!("{name}, {short}"), all, &|measure| {
+                told(all, who, measure)
             });
-            let agree: Vec<&Case> = all.iter().copied().filter(|case| case.agrees).collect();
-            row(
-                &format!("learner, label agrees with contact, {}", set.short),
-                &agree,
-                &|measure| told(&|case| case.agrees, measure),
-            );
-            row(
-                &format!("label agrees with contact, {}", set.short),
-                &agree,
-                &|measure| Some(per_grasp(&agree, measure)),
-            );
+            let name = format!("{name}, label agrees with contact, {short}");
+            row(&name, &agree, &|measure| told(&agree, who, measure));
         }
+        let name = format!("label agrees with contact, {short}");
+        row(&name, &agree, &|measure| per_grasp(&agree, measure));
     }
     text
 }
 
-/// The whole report.
-pub(crate) fn report(sets: &[Set], learned: &Learned, version: &str) -> String {
+/// The whole report. `other_hand` holds people's grasps on our human hand.
+pub(crate) fn report(
+    sets: &[Set],
+    other_hand: Option<&[Case]>,
+    version: &str,
+) -> Result<String, Failure> {
     let mut text = format!(
         "# Labels of grasps that people posed and named\n\n`LANDSCAPE_TEST_DATA=… cargo run --release --example annotated`, \
          rule {version}.\n\nRight: the rule's best guess, also where its label is only a cell or a category. Intervals: 95 %, \
          from {DRAWS} resamplings of the objects, each with all its grasps. *Agrees with contact*: all of both virtual fingers \
-         touch, the palm exactly where the type needs it, and no other finger. *Always the commonest*: the share that the \
-         commonest class of these very grasps would get. *Learner*: multinomial logistic regression on the same facts, each grasp \
-         named by a model of people's grasps of all other objects; it learns the habits of the annotators, too.\n"
+         touch, the palm exactly where the type needs it, and no other finger, but for helping ones of the type. *Always the \
+         commonest*: the share that the commonest class of these very grasps would get. *Learner* and *second learner*: see \
+         below; each grasp is named by a model of people's grasps of all other objects, which learns the habits of the \
+         annotators, too. *Third*: the objects that were not looked at. *Mean over types*: a type of a single object is absent \
+         from many resamplings, so these intervals do not lie evenly about their mean.\n"
     );
-    text += &summary(sets, learned);
-    for set in sets {
-        let all: Vec<&Case> = set.cases.iter().collect();
-        text += &rows(&set.name, &all);
-        if set.posed_by_people {
-            let agree: Vec<&Case> = all.iter().copied().filter(|case| case.agrees).collect();
-            text += &rows(&format!("{}, label agrees with contact", set.name), &agree);
-        }
-        text += &calibration(&all);
-        text += &types(&all);
+    let views = View::of_all(sets);
+    if other_hand.is_some() {
+        text += &targets::targets(&views)?;
     }
-    text
+    text += &summary(&views);
+    text += &learners::learners(&views);
+    if let Some(other_hand) = other_hand {
+        text += &limits::limits(&views, other_hand);
+        text += &pairs::near_pairs(&views);
+    }
+    for view in &views {
+        text += &rows(&view.name, &view.cases);
+        text += &rows(
+            &format!("{}, label agrees with contact", view.name),
+            &view.agreeing(),
+        );
+        text += &calibration(&view.name, &view.cases);
+        text += &types(&view.cases);
+    }
+    Ok(text)
 }

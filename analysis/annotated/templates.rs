@@ -2,13 +2,16 @@
 
 use std::path::Path;
 
-use landscape::evaluation::taxonomy::{Anatomy, Rule, Taxonomy, TouchingPatch, label_contacts};
+use landscape::evaluation::taxonomy::{
+    Anatomy, Patch, Rule, Taxonomy, TouchingPatch, label_contacts,
+};
 use landscape::hand::{Hand, HandFiles, PosedHand};
 use nalgebra::Vector3;
 use serde::Deserialize;
 
 use crate::Failure;
 use crate::case::Case;
+use crate::contact::{Contact, NEAR_MM, PALM, agrees};
 
 /// Area that an annotated contact counts as, mm²: enough to be certain.
 const ANNOTATED_MM2: f64 = 60.0;
@@ -66,13 +69,27 @@ pub(crate) fn cases(path: &Path, hand: &Path, rule: &Rule) -> Result<Vec<Case>, 
         let touches: Option<Vec<TouchingPatch>> = template.contacts.iter().map(touch).collect();
         let touches = touches.ok_or("a contact is on no link of this hand")?;
         let truth = Taxonomy::feix().numbered(template.feix_number);
+        let truth = truth.ok_or("a template has no type")?;
+        let mut contact = Contact {
+            parts_mm: [f64::INFINITY; 6],
+            bones_mm: Vec::new(),
+        };
+        for touch in &touches {
+            let part = match touch.patch {
+                Patch::Palm(_) => PALM,
+                Patch::Digit(digit, ..) => digit,
+            };
+            contact.parts_mm[part] = 0.0;
+        }
         cases.push(Case {
             id: format!("template {}", template.feix_number),
             object: template.feix_number.to_string(),
-            truth: truth.ok_or("a template has no type")?,
-            agrees: true,
+            truth,
+            agrees: agrees(truth, &contact.touching(NEAR_MM)),
+            contact,
             label: label_contacts(rule, &anatomy, &posed, &touches, None),
             x,
+            learned: Vec::new(),
         });
     }
     Ok(cases)

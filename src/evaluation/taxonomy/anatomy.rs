@@ -116,10 +116,10 @@ struct Chain {
 impl Anatomy {
     /// Interprets a hand as a human one.
     ///
-    /// Digits named `thumb`, `index`, `middle`, `ring`, `little` (any of them) are taken by their names. Any other hand
-    /// must have a thumb, as [`Hand`] finds it, and three or four fingers, all of at least two bones; the finger nearest to
-    /// the thumb is the index finger. A finger of two bones has a proximal and a distal one. Bones follow from the joints
-    /// between them, and sides from the direction in which the digit closes.
+    /// The hand must have a thumb, as [`Hand`] finds it. Digits named `thumb` and `index`, `middle`, `ring` or `little` (any
+    /// of them) are taken by their names. Any other hand must have three or four fingers, all digits of at least two bones;
+    /// the finger nearest to the thumb is the index finger. A finger of two bones has a proximal and a distal one. Bones
+    /// follow from the joints between them, and sides from the direction in which the digit closes.
     ///
     /// # Errors
     /// If that would be a guess; the error tells which condition failed.
@@ -269,13 +269,11 @@ fn breadth(points: &[Vector3<f64>], across: &Vector3<f64>) -> f64 {
     high - low
 }
 
-/// The direction `across` the palm or its opposite: the one from the last finger to the thumb, or else to the first finger.
+/// The direction `across` the palm or its opposite: the one from the last finger to the thumb.
 fn radial(chains: &[Chain], human: &[usize], across: &Vector3<f64>) -> Option<Vector3<f64>> {
-    let thumb = human.iter().position(|digit| *digit == 1);
-    let fingers: Vec<usize> = (0..human.len()).filter(|d| Some(*d) != thumb).collect();
-    let first = fingers.iter().min_by_key(|d| human[**d])?;
-    let last = fingers.iter().max_by_key(|d| human[**d])?;
-    let toward = chains[thumb.unwrap_or(*first)].base - chains[*last].base;
+    let thumb = human.iter().position(|digit| *digit == 1)?;
+    let last = (0..human.len()).max_by_key(|d| human[*d])?;
+    let toward = chains[thumb].base - chains[last].base;
     Some(across * across.dot(&toward).signum())
 }
 
@@ -379,15 +377,16 @@ fn human_digits(
     across: &Vector3<f64>,
 ) -> Result<Vec<usize>, Unlike> {
     const NAMES: [&str; 5] = ["thumb", "index", "middle", "ring", "little"];
+    // Fingers that have the names of human ones do not make up for a thumb: nearly all types need it.
+    if !hand.has_thumb() {
+        return Err(Unlike::NoThumb);
+    }
     let named: Option<Vec<usize>> = hand.digits[1..]
         .iter()
         .map(|name| NAMES.iter().position(|known| known == name).map(|d| d + 1))
         .collect();
     if let Some(named) = named.filter(|named| named.len() >= 2) {
         return Ok(named);
-    }
-    if !hand.has_thumb() {
-        return Err(Unlike::NoThumb);
     }
     let fingers = chains.len() - 1;
     if !(3..=4).contains(&fingers) {
@@ -454,5 +453,12 @@ mod tests {
         };
         let turned = direction(0.0).angle(&direction(1.0));
         assert!((turned - 1.0).abs() < 1e-9, "{turned}");
+    }
+
+    #[test]
+    fn four_fingers_with_human_names_are_no_human_hand() {
+        let thumbless = Hand::named("human_thumbless").unwrap();
+        assert_eq!(thumbless.digits[1], "index");
+        assert_eq!(Anatomy::of(&thumbless), Err(Unlike::NoThumb));
     }
 }
