@@ -52,11 +52,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut text = format!(
         "# Closed hands\n\nEach row has {chains} chains with the preset `closed` and seed {seed}, made by \
          `cargo run --release --example closed_hands {seed} {chains}`. Kept are those that pass the strict filter. Of \
-         these, the table gives the share that holds in the drop test (with the 95 % interval), the share that holds when \
+         these, the table gives the share that holds in the drop test with its 95 % interval, the share that holds when \
          the object is let go at once, the mean number of digits that touch and the share of palms that touch (not for hands \
          of boxes), the share of no grasp type, and the depth that 95 % stay below. Nothing was closed or chosen after the descent.\n\n\
-         | hand | object | kept | hold | let go at once | digits | palm | of no type | depth |\n\
-         |---|---|---|---|---|---|---|---|---|\n"
+         | hand | object | kept | hold | interval | let go at once | digits | palm | of no type | depth |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n"
     );
     let pairs = OBJECT_NAMES.iter().map(|object| ("human", *object));
     let others = OTHER_HANDS
@@ -166,10 +166,10 @@ fn row(text: &mut String, [hand, object]: [&str; 2], kept: &[Kept], chains: u64)
     };
     let holds = count(&|grasp| grasp.holds);
     let range = if total == 0 {
-        String::new()
+        "–".to_owned()
     } else {
         let [low, high] = interval(holds as f64, total as f64);
-        format!(" [{:.0}, {:.0}]", 100.0 * low, 100.0 * high)
+        format!("{:.0} to {:.0} %", 100.0 * low, 100.0 * high)
     };
     let digits: usize = kept.iter().map(|grasp| grasp.digits).sum();
     let digits = if total == 0 {
@@ -180,7 +180,7 @@ fn row(text: &mut String, [hand, object]: [&str; 2], kept: &[Kept], chains: u64)
     let mut depths: Vec<f64> = kept.iter().map(|grasp| grasp.deepest_m).collect();
     depths.sort_by(f64::total_cmp);
     let deep = depths.get(total * 95 / 100).copied();
-    let deep = deep.map_or("–".to_owned(), |depth| format!("{:.1} mm", 1e3 * depth));
+    let deep = deep.map_or("–".to_owned(), |depth| format!("{:.2} mm", 1e3 * depth));
     // What touches is asked of capsules, which do not fill boxes.
     let (digits, palm) = if hand.starts_with("gripper") {
         ("–".to_owned(), "–".to_owned())
@@ -194,7 +194,7 @@ fn row(text: &mut String, [hand, object]: [&str; 2], kept: &[Kept], chains: u64)
     };
     let _ = writeln!(
         text,
-        "| {hand} | {object} | {total} of {chains} | {}{range} | {} | {digits} | {palm} | {unlisted} | {deep} |",
+        "| {hand} | {object} | {total} of {chains} | {} | {range} | {} | {digits} | {palm} | {unlisted} | {deep} |",
         percent(holds),
         percent(count(&|grasp| grasp.holds_at_once)),
     );

@@ -1,10 +1,10 @@
 //! Do the minima of the energy of an elastic layer hold for published hands, and what do they cost? →
 //! `figures/closed_published.md`
 //!
-//! Chains with the preset `closed` for the human hand, the grippers and the published hands in the folder `hands` of
-//! `LANDSCAPE_TEST_DATA`, each on three objects. What passes the strict filter is dropped in simulation. The seed and the
-//! number of chains may be given, then parts of names of hands or paths: `--example closed_published 7 48 allegro inspire`.
-//! With names nothing is written to files.
+//! Chains with the preset `closed` for the human hand, the gripper with three fingers and three published hands in the
+//! folder `hands` of `LANDSCAPE_TEST_DATA`, each on three objects. What passes the strict filter is dropped in simulation.
+//! The seed and the number of chains may be given, then parts of names of hands or paths, or `all` for every known hand:
+//! `--example closed_published 7 48 allegro barrett`. With names nothing is written to files.
 
 #[path = "yields/interval.rs"]
 mod interval;
@@ -47,6 +47,14 @@ const PUBLISHED: [&str; 12] = [
     "urdf/shadow_hand_right_nomesh.urdf",
     "mano/mano_right.xml",
 ];
+/// The hands of the figure.
+const SHOWN: [&str; 5] = [
+    "human",
+    "gripper_three_finger",
+    "dex_urdf/shadow_hand/shadow_hand_right.urdf",
+    "dex_urdf/allegro_hand/allegro_hand_right.urdf",
+    "dex_urdf/inspire_hand/inspire_hand_right.urdf",
+];
 const OBJECTS: [&str; 3] = ["bottle_round", "box", "ball"];
 
 /// An object and what drops of it.
@@ -80,11 +88,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let wanted: Vec<String> = arguments.collect();
     let mut text = format!(
         "# Closed hands of meshes and boxes\n\nEach row has {chains} chains with the preset `closed` and seed {seed}, made by \
-         `cargo run --release --example closed_published {seed} {chains}`. Kept are those that pass the strict filter. Of \
-         these, the table gives the share that holds in the drop test (with the 95 % interval) and the depth that 95 % stay \
-         below. The price is the processor time of a kept grasp divided by that of the human hand on the same object. \
-         Nothing was closed or chosen after the descent.\n\n\
-         | hand | capsules | self pairs | object | kept | hold | depth | price |\n|---|---|---|---|---|---|---|---|\n"
+         `LANDSCAPE_TEST_DATA=… cargo run --release --example closed_published {seed} {chains}`. Kept are those that pass the \
+         strict filter. Of these, the table gives the share that holds in the drop test with its 95 % interval, and the depth \
+         that 95 % stay below. The price is the processor time of a kept grasp, without judging and dropping it, divided by \
+         that of the human hand on the same object. Nothing was closed or chosen after the descent.\n\n\
+         | hand | capsules | self pairs | object | kept | hold | interval | depth | price |\n|---|---|---|---|---|---|---|---|---|\n"
     );
     let folder = std::env::var_os("LANDSCAPE_TEST_DATA").map(|data| Path::new(&data).join("hands"));
     let published = folder.iter().flat_map(|folder| {
@@ -95,6 +103,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             )
         })
     });
+    if wanted.is_empty() && folder.is_none() {
+        return Err("LANDSCAPE_TEST_DATA is not set".into());
+    }
     let named = NAMED.map(|name| (name.to_owned(), HandFiles::named(name)));
     let scenes = OBJECTS.map(|object| -> Result<Scene, Box<dyn Error>> {
         let (mesh, description) = Object::parts_of_named(object)?;
@@ -113,7 +124,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut refused = Vec::new();
     let mut prices_s = [f64::NAN; OBJECTS.len()];
     for (name, files) in named.into_iter().chain(published).chain(paths) {
-        if !wanted.is_empty() && !wanted.iter().any(|part| name.contains(part.as_str())) {
+        let is_wanted = if wanted.is_empty() {
+            SHOWN.contains(&name.as_str())
+        } else {
+            (wanted.iter()).any(|part| part == "all" || name.contains(part.as_str()))
+        };
+        if !is_wanted {
             continue;
         }
         let hand = match files
@@ -232,22 +248,22 @@ fn measure(
 
 fn row(text: &mut String, name: &str, hand: &Hand, object: &str, found: &Found, price: f64) {
     let total = found.depths_m.len();
-    let percent = if total == 0 || !dropped() {
-        "–".to_owned()
+    let hold = if total == 0 || !dropped() {
+        "– | –".to_owned()
     } else {
         let [low, high] = interval(found.held as f64, total as f64);
         let share = found.held as f64 / total as f64;
         format!(
-            "{:.0} % [{:.0}, {:.0}]",
+            "{:.0} % | {:.0} to {:.0} %",
             100.0 * share,
             100.0 * low,
             100.0 * high
         )
     };
     let deep = found.depths_m.get(total * 95 / 100);
-    let deep = deep.map_or("–".to_owned(), |depth| format!("{:.1} mm", 1e3 * depth));
+    let deep = deep.map_or("–".to_owned(), |depth| format!("{:.2} mm", 1e3 * depth));
     let line = format!(
-        "| {name} | {} | {} | {object} | {total} of {} | {percent} | {deep} | {price:.1} |",
+        "| {name} | {} | {} | {object} | {total} of {} | {hold} | {deep} | {price:.1} |",
         hand.capsules.len(),
         hand.self_pairs.len(),
         found.chains,

@@ -1,6 +1,7 @@
 //! Figure 5 of Liu et al. (2021): successes against steps → `figures/success_rates.png`, `.md`, `.csv`
 //!
-//! The runs have 512 chains of 10,000 steps of the printed energy, of the released code, and of our default. They compare
+//! The runs have 512 chains of 10,000 steps of the printed energy, of the released code, and of the preset
+//! `four_points` (*ours*). They compare
 //! fingertips with all surface points as candidates, three, five and eight contacts, and ball with bottle. Runs in the .csv
 //! are not repeated; delete it to start again. `--quick`: 16 chains of 500 steps, into `target/`.
 
@@ -217,8 +218,8 @@ fn panels(table: &Table, size: Size) -> Result<Vec<Panel>, Box<dyn Error>> {
 fn text(runs: &[(String, Run)], table: &Table, size: Size) -> String {
     let mut text = format!(
         "Successes of {} chains after {} steps (seed {SEED}), with 95 % intervals of the share. *As printed*: the formulae \
-         and Algorithm 1 of the paper; *as released*: the energy and sampler of the authors' code; *ours*: the default, whose \
-         chains end with their first grasp, so the state and the refined one are the same. Eq. 11 is read as printed \
+         and Algorithm 1 of the paper; *as released*: the energy and sampler of the authors' code; *ours*: the preset `four_points`, \
+         whose chains end with their first grasp, so the state and the refined one are the same. Eq. 11 is read as printed \
          (‖Gc‖ < 0.5) and as coded (‖Gc‖² < 0.5, ten times the penetration). The paper reports 5 of 512 on bottles.\n\n\
          | | | Eq. 11 as printed | as coded | strict | refined: as printed | as coded | strict | first success by step |\n\
          |---|---|---|---|---|---|---|---|---|\n",

@@ -3,7 +3,11 @@
 use landscape::energy::Energy;
 use landscape::grasp::layer::LayerSettings;
 use landscape::grasp::{EnergySettings, GraspEnergy};
-use landscape::sample::{Task, stream};
+use landscape::optimize::QuenchSettings;
+use landscape::sample::{Rng, Task, stream};
+use landscape::store::{GraspFile, Overrides};
+use nalgebra::DVector;
+use rand::RngExt;
 
 use super::grasp_energy::{BALL, BOTTLE, GRIPPER, HAND, pose};
 
@@ -113,5 +117,68 @@ fn absurd_layers_are_refused() {
         };
         let error = GraspEnergy::new(HAND.clone(), BALL.clone(), settings).unwrap_err();
         assert!(error.to_string().starts_with(name), "{error}");
+    }
+}
+
+/// At minima, differences of the energy and of the gradient converge with their step, and the matrix of second derivatives is
+/// symmetric.
+#[test]
+fn derivatives_at_minima_converge() {
+    let committed = "data/grasps.parquet".as_ref();
+    let (file, _) = GraspFile::read(committed, Overrides::default()).unwrap();
+    let energy = GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::closed()).unwrap();
+    let space = energy.space();
+    let mut rng = stream(5, Task::Start, 0);
+    for row in file.grasps.iter().step_by(100) {
+        let name = row.id;
+        let minimum = landscape::optimize::quench(
+            &energy,
+            row.grasp.pose.as_ref(),
+            &QuenchSettings::default(),
+        )
+        .x;
+        let slope = |x: &[f64]| {
+            let mut gradient = vec![0.0; space.tangents()];
+            let value = energy.evaluate(x, &mut gradient);
+            (value, DVector::from_vec(gradient))
+        };
+        let moved = |x: &[f64], along: &DVector<f64>, length: f64| {
+            let mut x = x.to_vec();
+            space.exp(&mut x, (along * length).as_slice());
+            x
+        };
+        let direction = |rng: &mut Rng| {
+            let scales = space.step_scales();
+            let numbers = scales.iter().map(|s| s * rng.random_range(-1.0..1.0));
+            DVector::from_vec(numbers.collect::<Vec<f64>>())
+        };
+        // Beside the minimum, where the slope is not 0.
+        let beside = moved(&minimum, &direction(&mut rng), 1e-3);
+        let along = direction(&mut rng);
+        let exact = slope(&beside).1.dot(&along);
+        let error = |step: f64| {
+            let [up, down] = [step, -step].map(|s| slope(&moved(&beside, &along, s)).0);
+            ((up - down) / (2.0 * step) - exact).abs()
+        };
+        // These steps are far below the thickness of the skin, a millimetre.
+        let [coarse, fine] = [1e-5, 1e-6].map(error);
+        assert!(
+            fine < 0.1 * coarse && fine < 1e-3 * exact.abs(),
+            "grasp {name}: {coarse} {fine} of {exact}"
+        );
+        let (u, v) = (direction(&mut rng), direction(&mut rng));
+        let product = |along: &DVector<f64>, step: f64| {
+            let [up, down] = [step, -step].map(|s| slope(&moved(&minimum, along, s)).1);
+            (up - down) / (2.0 * step)
+        };
+        let steps = [1e-4, 5e-5, 2.5e-5].map(|step| product(&u, step));
+        let [coarse, fine] = [0, 1].map(|k| (&steps[k + 1] - &steps[k]).norm());
+        assert!(fine < 0.7 * coarse, "grasp {name}: {coarse} {fine}");
+        let [one, other] = [v.dot(&product(&u, 1e-5)), u.dot(&product(&v, 1e-5))];
+        let size = u.dot(&product(&u, 1e-5)).abs() + v.dot(&product(&v, 1e-5)).abs();
+        assert!(
+            (one - other).abs() < 1e-3 * size,
+            "grasp {name}: {one} {other} of {size}"
+        );
     }
 }

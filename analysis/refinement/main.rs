@@ -95,6 +95,7 @@ fn methods() -> [Method; 3] {
         },
         // Samples that the strict filter would reject are kept; otherwise there would be no trapped ones.
         Method {
+            // The preset `four_points`.
             name: "ours, first attempt",
             refinement: "descent",
             energy: EnergySettings::four_points(),

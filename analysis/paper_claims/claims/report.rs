@@ -13,8 +13,8 @@ pub(super) fn markdown(examined: &Examined<'_>) -> String {
         line(&mut text, finding);
     }
     text.push_str(
-        "\nThresholds stand in data/taxonomy/hypotheses.toml and were fixed before the first run. A case is a minimum; p by \
-         permutation of labels among minima.\n\n## Statistics\n\n",
+        "\nThresholds stand in data/taxonomy/hypotheses.toml and were fixed before the first run, but for those of H5, which \
+         were rescaled with the rule. A case is a minimum; p by permutation of labels among minima.\n\n## Statistics\n\n",
     );
     text + &comparison.statistics()
 }

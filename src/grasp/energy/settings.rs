@@ -138,8 +138,9 @@ impl EnergySettings {
         }
     }
 
-    /// The energy of an elastic layer on the palmar side of the hand, smooth everywhere. Its minima are closed hands that
-    /// hold. One unit of energy is the compliance of a hand that has let go.
+    /// The energy of an elastic layer on the palmar side of the hand, smooth but where normals cancel in thin walls
+    /// ([`LayerCompliance`]). Its minima are closed hands that hold. One unit of energy is the compliance of a hand that has
+    /// let go.
     ///
     /// The contact set of a grasp is no part of it; it is chosen afterwards, for filters and files, with a weight of
     /// distances that prefers points which touch.

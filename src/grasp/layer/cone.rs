@@ -12,8 +12,9 @@
 /// ψ(u) = (h_δ(a + μ T) + h_μδ(μ a − T)) / (1 + μ²) − ψ(0),    h_δ'' = 0 below −δ, 1 above δ, a smooth step between
 /// ```
 ///
-/// Without rounding, h(s) = ½ max(0, s)² and ψ is half the squared norm of the projection of u on the cone. Rounding both
-/// parts in the proportion μ keeps ψ convex and its derivative by T zero at T = 0.
+/// Without rounding, h(s) = ½ max(0, s)² and ψ is half the squared norm of the projection of u on Coulomb's cone. This is the
+/// conjugate of ½ |f|² over forces f in that cone (Moreau 1965, *Bulletin de la Société Mathématique de France* 93, 273). The
+/// rounding is ours: in the proportion μ for the two parts it keeps ψ convex and its derivative by T zero at T = 0.
 #[derive(Clone, Copy)]
 pub(super) struct Potential {
     pub(super) value: f64,

@@ -4,6 +4,11 @@
 //! does not jump from one surface point to the next. Meshes, boxes and cylinders are filled with balls up to their surface
 //! ([`Hand::balls`]); the capsules that fill their hulls are no part of the layer. [`Layer`] holds the spheres of a hand; [`Layer::measure`] finds those
 //! near an object. [`mean_compliance`] tells how much the layer gives under loads on the object.
+//!
+//! The layer is an elastic foundation, which Winkler proposed: springs side by side that do not feel each other (Johnson,
+//! *Contact Mechanics*, Cambridge University Press 1985, section 4.3). Unlike the foundation there, ours has no pressure of
+//! its own: a gap or a depth only says how much of it carries, and the loads on the object are the only forces. That its
+//! springs stand on spheres, carry smoothly within a few millimetres and are averaged over nodes is ours.
 
 mod compliance;
 mod cone;

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::limits::{ENERGY_SETTING, LAYER_SETTING, Limit, PATCH_SPACING, SHARE, SKIN};
 
-/// Settings of the energy of an elastic layer. Lengths are those of a hand, in metres; the energy of a hand that has let go
-/// is 1 if the weight of the compliance is.
+/// Settings of the energy of an elastic layer. Lengths are those of a hand, in metres. The compliance of a hand that has let
+/// go is its weight, by default 1; its reach, pose and limits come on top of that.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LayerSettings {
@@ -31,7 +31,7 @@ pub struct LayerSettings {
     pub far_skin_m: [f64; 2],
     /// Fraction of the farther part.
     pub far_share: f64,
-    /// Weight of a phalanx that is drawn to the object.
+    /// Weight of a phalanx that is drawn to the object. A hand that has let go pays it for each phalanx.
     pub reach_weight: f64,
     /// Gap beyond which nothing is drawn, metres.
     pub reach_m: f64,

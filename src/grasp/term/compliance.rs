@@ -10,7 +10,7 @@ const PALMAR: [f64; 2] = [-0.5, 0.3];
 /// Nodes with less weight carry nothing.
 const LEAST_WEIGHT: f64 = 1e-12;
 
-/// How much the elastic layer of the hand gives under test loads on the object: 1 for a hand that has let go, about 0 for
+/// How much the elastic layer of the hand gives under test loads on the object: w for a hand that has let go, about 0 for
 /// one that holds in all directions.
 ///
 /// ```text
@@ -18,8 +18,11 @@ const LEAST_WEIGHT: f64 = 1e-12;
 /// w_s = share_s · S(−n·volar) · S(gap)
 /// ```
 ///
-/// Spheres s carry with their area, their gap and their side; nodes average them with hat functions h. See
-/// [`mean_compliance`].
+/// Spheres s carry with their area, their gap and their side; nodes average them with hat functions h. This average is our
+/// own; [`layer`](crate::grasp::layer) and [`mean_compliance`] name what they rest on.
+///
+/// The gradient is Lipschitz continuous where |Σ h w n| and the slope of the object's field at the spheres stay away from 0,
+/// since derivatives of normals have them as divisors. Deep in a thin wall both can vanish, and there is no bound there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LayerCompliance {
     /// Settings of the layer.

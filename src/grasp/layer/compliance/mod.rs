@@ -416,6 +416,10 @@ fn maximise(
 /// without contacts. W multiplies there, so a contact that comes or goes does so smoothly. The maximum is unique. Newton's
 /// method finds it from the solution of the layer whose contacts all stick, so that the result depends on the arguments
 /// alone. Derivatives follow from the envelope theorem.
+///
+/// Where all contacts stick, the matrix of the second form is the stiffness of the grasp, Σ W G Gᵀ, of Cutkosky and Kao
+/// (*IEEE Transactions on Robotics and Automation* 5, 151, 1989) for stiff digits with soft skin. That contacts slide at
+/// the edge of their cones, the weak support, the eight loads and the mean of roots are ours.
 pub fn mean_compliance(
     nodes: &[Node],
     axes: &Matrix3<f64>,
