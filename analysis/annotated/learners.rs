@@ -42,7 +42,7 @@ pub(crate) fn learners(views: &[View<'_>]) -> String {
         "\n## What learners reach\n\n\
          *Learner*: multinomial logistic regression on the facts, forms and width that the rule sees. *Second learner*: \
          extremely randomised trees on other facts, the distance of each bone and the angles of the joints. Both have seen \
-         people's grasps of all other objects, which the rule has not. {}The 76, 62 and 55 % that issue 25 quotes for a learner could \
+         people's grasps of all other objects, which the rule has not. {}The 76, 62 and 55 % of an earlier learner could \
          not be reproduced from these data.\n",
         views
             .iter()

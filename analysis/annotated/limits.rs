@@ -9,7 +9,7 @@ use crate::case::{Case, Measure};
 use crate::contact::{NEAR_MM, agrees, agrees_but_for_the_palm};
 use crate::report::{View, per_grasp, percent};
 
-/// The share of right cells that issue 25 asks for.
+/// The share of right cells that is the target.
 const CELLS: f64 = 0.55;
 /// Distances from which the palm may count as touching, mm.
 const PALM_MM: [f64; 3] = [NEAR_MM, 0.0, -4.0];

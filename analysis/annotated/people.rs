@@ -14,7 +14,7 @@ use crate::case::Case;
 use crate::contact::{Contact, NEAR_MM, agrees};
 
 /// The objects whose grasps nobody looked at before the rule was final: the third of the 29 objects with the smallest 64-bit
-/// FNV-1a hash of "25 NAME". Number 25, that of the issue, is the seed. Chosen on 24 November 2026 before any of their
+/// FNV-1a hash of "25 NAME". Number 25 is the seed. Chosen on 24 November 2026 before any of their
 /// labels, pictures or results was opened.
 pub(crate) const UNSEEN: [&str; 10] = [
     "010_potted_meat_can",

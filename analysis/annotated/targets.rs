@@ -1,4 +1,4 @@
-//! The targets of issue 25 beside what was measured, met or not.
+//! The targets that were set before the rule was made, beside what was measured, met or not.
 
 use std::fmt::Write;
 
@@ -353,7 +353,7 @@ fn of_fixtures() -> Result<String, Failure> {
 pub(crate) fn targets(views: &[View<'_>]) -> Result<String, Failure> {
     let (people, others): (Vec<&View<'_>>, Vec<&View<'_>>) =
         views.iter().partition(|view| view.posed_by_people);
-    let mut text = "\n## Targets of issue 25, met or not\n\n\
+    let mut text = "\n## Targets, met or not\n\n\
          *Looked at*: 19 objects, opened from the first day, 24 November 2026. *Third*: ten objects, not opened until the rule was \
          final; judged once on 24 November 2026, opened again on that evening for the learner and for an exponent of the \
          probabilities that was not adopted, and on 26 November 2026 for what limits the rule and for the second learner. Its labels have not changed since it \
@@ -361,7 +361,7 @@ pub(crate) fn targets(views: &[View<'_>]) -> Result<String, Failure> {
          of it.\n\nAll grasps, whether their label agrees with contact or not:\n"
         .to_owned();
     text += &of_people(&people, false);
-    text += "\nGrasps whose label agrees with contact, which are the targets in brackets of the issue:\n";
+    text += "\nGrasps whose label agrees with contact, which have higher targets:\n";
     text += &of_people(&people, true);
     text += "\nTemplates of the types on the Shadow hand; the other two thirds of them are not at hand:\n";
     for templates in others {
