@@ -121,7 +121,7 @@ pub(super) struct Synth {
 /// Filter of the grasps to keep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum KeepName {
-    /// Grasps that a person could hold: contacts within 2 mm, nothing deeper than 2 mm, exact force closure, …
+    /// Grasps that a person could hold: contacts within 2 mm, nothing deeper than 1 mm (2 mm without an elastic layer), exact force closure, …
     Strict,
     /// For energies without an elastic layer (such as `four_points`): grasps whose hand, closed until it presses, passes the
     /// strict filter and holds firmly, so that it keeps the object in simulation. They are a millimetre or two away from

@@ -19,6 +19,9 @@ pub const STRICT_FRICTION: f64 = 0.5;
 
 /// Depth that the strict filter refuses, metres.
 const MOST_DEPTH_M: f64 = 0.002;
+/// The same for an energy with an elastic layer, whose hands press on purpose, by less than a millimetre where the skin
+/// has room to yield.
+const MOST_PRESSING_M: f64 = 0.001;
 /// Greatest distance of a contact from the mesh, either way, metres.
 pub const MOST_GAP_M: f64 = 0.002;
 
@@ -78,7 +81,10 @@ impl Judgement {
                 "net wrench",
             ),
             (self.gap_m <= MOST_GAP_M, "contact gap"),
-            (self.deepest_m < MOST_DEPTH_M, "penetration"),
+            (
+                self.deepest_m < most_depth_m(self.compliance),
+                "penetration",
+            ),
             (self.self_penetration_m < 0.003, "self-penetration"),
             (self.joint_excess_rad <= 1e-3, "joint limits"),
             (self.digits >= 2, "one digit only"),
@@ -97,7 +103,7 @@ impl Judgement {
     /// The strict filter: ‖Gc‖ < 0.5, contacts within 2 mm, nothing deeper than 2 mm, self-penetration below 3 mm, joint
     /// limits, at least two digits (of palm, thumb and fingers), contacts not in one concavity, and force closure at μ =
     /// 0.5. With an energy of an elastic layer, a compliance of at most 0.1 ([`MOST_COMPLIANCE`]) replaces ‖Gc‖, which is
-    /// that of four equal forces.
+    /// that of four equal forces, and nothing may be deeper than 1 mm.
     pub fn passes_strict(&self) -> bool {
         self.strict_objection().is_none()
     }
@@ -162,8 +168,19 @@ pub fn judge(energy: &GraspEnergy, grasp: &Grasp) -> Judgement {
 pub(crate) fn passes_strict(energy: &GraspEnergy, grasp: &Grasp) -> bool {
     let posed = posed(energy, grasp);
     let object = &energy.object().exact;
-    judge_but_depth(energy, grasp, &posed).passes_strict()
-        && !is_deeper(object, energy.hand(), &posed, MOST_DEPTH_M)
+    let judgement = judge_but_depth(energy, grasp, &posed);
+    judgement.passes_strict()
+        && !is_deeper(
+            object,
+            energy.hand(),
+            &posed,
+            most_depth_m(judgement.compliance),
+        )
+}
+
+/// Depth that the strict filter refuses, metres, for a grasp whose layer has this compliance.
+fn most_depth_m(compliance: Option<f64>) -> f64 {
+    compliance.map_or(MOST_DEPTH_M, |_| MOST_PRESSING_M)
 }
 
 fn posed(energy: &GraspEnergy, grasp: &Grasp) -> PosedHand {

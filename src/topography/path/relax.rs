@@ -299,6 +299,23 @@ impl<'a> Relaxation<'a> {
         }
         let mut lowered = self.finish_kinked(rough.path, floor, seams);
         lowered.passes.extend(rough.passes);
+        if lowered.evidence <= Evidence::Seam {
+            return lowered;
+        }
+        // The lowered top lies nearer to a pass than the rough one did.
+        let images = Images::new(
+            self.energy,
+            &lowered.path.images,
+            self.settings.segments,
+            self.settings.manner(floor),
+        );
+        let mut led = self.finish_rough(images, floor);
+        let slack = self.settings.slack(lowered.height - floor);
+        if led.evidence == Evidence::Saddle && led.height <= lowered.height + slack {
+            led.passes.append(&mut lowered.passes);
+            return led;
+        }
+        lowered.passes.append(&mut led.passes);
         lowered
     }
 
