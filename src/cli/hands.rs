@@ -14,7 +14,7 @@ use super::input;
 use super::output::{check_file, check_side_file};
 use crate::cli::printing::{complain, print, print_json};
 use crate::figure::{Image, Marker, Scene, Surface, contact_sheet_canvas};
-use crate::hand::{HAND_NAMES, Hand, JointKind, Link, LinkId, Motion, PosedHand, Skin};
+use crate::hand::{Ball, HAND_NAMES, Hand, JointKind, Link, LinkId, Motion, PosedHand, Skin};
 use crate::printable::counted;
 use crate::space::{PoseMetric, joints_of_mut};
 use crate::store::FileSet;
@@ -212,7 +212,12 @@ fn table(hand: &Hand) -> String {
         vector(&palm.distal),
         1e3 * palm.faced_m
     );
-    for note in hand.notes.iter().cloned().chain(expense(hand)) {
+    for note in hand
+        .notes
+        .iter()
+        .cloned()
+        .chain(expense(hand, hand.balls()))
+    {
         let _ = writeln!(text, "note: {note}");
     }
     text
@@ -274,34 +279,46 @@ fn value(hand: &Hand, wrote: &[&Path]) -> Value {
             "faced_m": palm.faced_m,
         },
         "self_pairs": hand.self_pairs.len(),
-        "notes": hand.notes.iter().cloned().chain(expense(hand)).collect::<Vec<_>>(),
+        "notes": hand.notes.iter().cloned().chain(expense(hand, hand.balls())).collect::<Vec<_>>(),
         "wrote": wrote,
     })
 }
 
-/// Number of capsule pairs above which a hand is called expensive, ten times that of built-in and usual hands.
+/// Number of balls in the meshes of a hand above which it is called slow: more than built-in hands have.
+const MANY_BALLS: usize = 4_200;
+/// Number of capsule pairs above which a hand is called slow, ten times that of built-in and usual hands.
 const MANY_PAIRS: usize = 10_000;
 
-/// Note about a slow hand, with a remedy.
-pub(super) fn expense(hand: &Hand) -> Option<String> {
-    let pairs = hand.self_pairs.len();
-    if pairs < MANY_PAIRS {
-        return None;
-    }
-    let of_link = |link: usize| {
-        let capsules = hand.capsules.iter();
-        capsules.filter(|c| c.link.0 == link).count()
+/// Notes about a slow hand, with remedies. `balls` are those of its elastic layer, if the energy has one.
+pub(super) fn expense(hand: &Hand, balls: &[Ball]) -> Vec<String> {
+    let most = |links: &[LinkId]| {
+        let of_link = |link: usize| links.iter().filter(|of| of.0 == link).count();
+        let most = (0..hand.links.len()).max_by_key(|&link| (of_link(link), Reverse(link)));
+        most.map_or((0, ""), |link| {
+            (of_link(link), hand.links[link].name.as_str())
+        })
     };
-    let most = (0..hand.links.len()).max_by_key(|&link| (of_link(link), Reverse(link)))?;
-    Some(format!(
-        "chains of this hand are slow: its {} capsules make {pairs} pairs that every step checks for self-penetration; \
-         {} of the capsules belong to link \"{}\" alone; thin boxes need many: give such links fewer (`capsules` or \
-         `filling` of a side file, which `landscape hands inspect` writes), or name links that never touch each other \
-         (`apart`)",
-        hand.capsules.len(),
-        of_link(most),
-        hand.links[most].name
-    ))
+    let mut notes = Vec::new();
+    if balls.len() > MANY_BALLS {
+        let (count, link) = most(&balls.iter().map(|ball| ball.link).collect::<Vec<_>>());
+        notes.push(format!(
+            "chains of this hand are slow: {} balls fill its meshes, and every step measures those near the object; {count} \
+             of the balls are in link \"{link}\" alone; plainer collision meshes, without ribs, screws and holes, need fewer",
+            balls.len(),
+        ));
+    }
+    let pairs = hand.self_pairs.len();
+    if pairs > MANY_PAIRS {
+        let (count, link) = most(&hand.capsules.iter().map(|c| c.link).collect::<Vec<_>>());
+        notes.push(format!(
+            "chains of this hand are slow: its {} capsules make {pairs} pairs that every step checks for self-penetration; \
+             {count} of the capsules belong to link \"{link}\" alone; thin boxes need many: give such links fewer \
+             (`capsules` or `filling` of a side file, which `landscape hands inspect` writes), or name links that never \
+             touch each other (`apart`)",
+            hand.capsules.len(),
+        ));
+    }
+    notes
 }
 
 fn digits(hand: &Hand, text: &mut String) {
@@ -497,15 +514,17 @@ mod tests {
             text += &hinge(name, x);
         }
         let hand = Hand::from_urdf(&(text + "</robot>"), None).unwrap();
-        let note = expense(&hand).unwrap();
+        assert!(hand.balls().len() < MANY_BALLS);
+        let note = &expense(&hand, hand.balls())[0];
         let pairs = format!("{} pairs", hand.self_pairs.len());
         assert!(
             note.contains(&pairs) && note.contains("link \"palm\" alone"),
             "{note}"
         );
-        assert!(table(&hand).contains(&note));
+        assert!(table(&hand).contains(note));
         for name in HAND_NAMES {
-            assert_eq!(expense(&Hand::named(name).unwrap()), None, "{name}");
+            let hand = Hand::named(name).unwrap();
+            assert!(expense(&hand, hand.balls()).is_empty(), "{name}");
         }
     }
 }

@@ -172,7 +172,13 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
                 .chain(of_object.cloned())
                 .collect::<Vec<_>>(),
         );
-        input::warn(&Vec::from_iter(expense(energy.hand())));
+        // Balls are made only for an energy that needs them.
+        let balls = if energy.layer().spheres.is_empty() {
+            &[]
+        } else {
+            energy.hand().balls()
+        };
+        input::warn(&expense(energy.hand(), balls));
     }
     explain(|| {
         let chosen = match &command.config {
