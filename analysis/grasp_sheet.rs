@@ -1,6 +1,9 @@
 //! Sixty evenly selected grasps of a file → `figures/grasp_sheet.png`
 //!
-//! `cargo run --release --example grasp_sheet [FILE]`, by default data/grasps.parquet.
+//! `cargo run --release --example grasp_sheet [FILE [PICTURE]]`, by default data/grasps.parquet.
+//! `figures/grasp_sheets/OBJECT.png` are such sheets of other objects.
+
+use std::path::Path;
 
 use landscape::figure::{Scene, contact_sheet};
 use landscape::store::{GraspFile, GraspRow, Overrides};
@@ -11,9 +14,9 @@ const GRASPS: usize = 60;
 const COLUMNS: usize = 10;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let path = std::env::args()
-        .nth(1)
-        .unwrap_or_else(|| "data/grasps.parquet".to_owned());
+    let mut arguments = std::env::args().skip(1);
+    let mut or = |default: &str| arguments.next().unwrap_or_else(|| default.to_owned());
+    let (path, picture) = (or("data/grasps.parquet"), or("figures/grasp_sheet.png"));
     let (file, _) = GraspFile::read(path.as_ref(), Overrides::default())?;
     let [population] = &file.landscapes()[..] else {
         return Err("grasps of one hand on one object are needed".into());
@@ -35,11 +38,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .iter()
         .map(|grasp| format!("{}   E {:.3}", grasp.id, grasp.energy))
         .collect();
-    contact_sheet(
-        &images,
-        &captions,
-        COLUMNS,
-        "figures/grasp_sheet.png".as_ref(),
-    )?;
+    if let Some(folder) = Path::new(&picture).parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    contact_sheet(&images, &captions, COLUMNS, picture.as_ref())?;
     Ok(())
 }

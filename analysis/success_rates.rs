@@ -2,7 +2,8 @@
 //!
 //! The runs have 512 chains of 10,000 steps of the printed energy, of the released code, and of the preset
 //! `four_points` (*ours*). They compare
-//! fingertips with all surface points as candidates, three, five and eight contacts, and ball with bottle. Runs in the .csv
+//! fingertips with all surface points as candidates, three, five and eight contacts, and ball with bottle. Beside them are
+//! chains of the default energy (*closed*), which has no contact set and whose steps are descents. Runs in the .csv
 //! are not repeated; delete it to start again. `--quick`: 16 chains of 500 steps, into `target/`.
 
 #[path = "yields/mod.rs"]
@@ -90,7 +91,16 @@ const PANELS: [(&str, &[Line]); 3] = [
     ),
 ];
 
-fn methods() -> [Method; 3] {
+/// Chains of the default energy, which has no contact set: a panel of its own.
+const CLOSED: (&str, &[Line]) = (
+    "ball and bottle, steps are descents",
+    &[
+        line("ball", "ball", 3, Candidates::All),
+        line("bottle", "bottle_round", 3, Candidates::All),
+    ],
+);
+
+fn methods() -> [Method; 4] {
     [
         Method {
             name: "as printed",
@@ -110,7 +120,23 @@ fn methods() -> [Method; 3] {
             synthesis: SynthesisSettings::four_points(),
             reading: PRINTED,
         },
+        Method {
+            name: "closed",
+            energy: EnergySettings::closed(),
+            synthesis: SynthesisSettings::closed(),
+            reading: PRINTED,
+        },
     ]
+}
+
+impl Method {
+    fn panels(&self) -> &'static [(&'static str, &'static [Line])] {
+        if self.energy.layer.is_some() {
+            std::slice::from_ref(&CLOSED)
+        } else {
+            &PANELS
+        }
+    }
 }
 
 /// Number and length of the chains.
@@ -138,7 +164,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // A line in several panels is one run.
     let mut runs: Vec<(String, Run)> = Vec::new();
     for method in &methods() {
-        for line in PANELS.iter().flat_map(|(_, lines)| *lines) {
+        for line in method.panels().iter().flat_map(|(_, lines)| *lines) {
             let run = run(method, line, size);
             let key = run.key()?;
             if runs.iter().all(|(known, _)| *known != key) {
@@ -150,10 +176,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut table = Table::read(&csv, COLUMNS)?;
     for (key, run) in &runs {
         if table.of(key).is_empty() {
-            eprintln!(
-                "{}: {}, {} contacts",
-                run.name, run.object, run.energy.contacts
-            );
+            eprintln!("{}", key);
             for row in measure(run)? {
                 table.add(key, &row);
             }
@@ -174,18 +197,16 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn run(method: &Method, line: &Line, size: Size) -> Run {
+    let (mut energy, mut synthesis) = (method.energy, method.synthesis);
+    if energy.layer.is_none() {
+        (energy.contacts, energy.candidates) = (line.contacts, line.candidates);
+        synthesis.steps = size.steps;
+    }
     Run {
         name: method.name.to_owned(),
         object: line.object,
-        energy: EnergySettings {
-            contacts: line.contacts,
-            candidates: line.candidates,
-            ..method.energy
-        },
-        synthesis: SynthesisSettings {
-            steps: size.steps,
-            ..method.synthesis
-        },
+        energy,
+        synthesis,
         seed: SEED,
         chains: size.chains,
     }
@@ -194,9 +215,9 @@ fn run(method: &Method, line: &Line, size: Size) -> Run {
 fn panels(table: &Table, size: Size) -> Result<Vec<Panel>, Box<dyn Error>> {
     let mut panels = Vec::new();
     for method in &methods() {
-        for (title, lines) in PANELS {
+        for (title, lines) in method.panels() {
             let mut series = Vec::new();
-            for line in lines {
+            for line in *lines {
                 let rows = table.of(&run(method, line, size).key()?);
                 let curve = |column: usize| {
                     let along = rows.iter().filter(|row| row[0] > 0.0);
@@ -218,8 +239,9 @@ fn panels(table: &Table, size: Size) -> Result<Vec<Panel>, Box<dyn Error>> {
 fn text(runs: &[(String, Run)], table: &Table, size: Size) -> String {
     let mut text = format!(
         "Successes of {} chains after {} steps (seed {SEED}), with 95 % intervals of the share. *As printed*: the formulae \
-         and Algorithm 1 of the paper; *as released*: the energy and sampler of the authors' code; *ours*: the preset `four_points`, \
-         whose chains end with their first grasp, so the state and the refined one are the same. Eq. 11 is read as printed \
+         and Algorithm 1 of the paper; *as released*: the energy and sampler of the authors' code; *ours*: the preset `four_points`; \
+         *closed*: the default preset, whose energy has no contact set, so that the best set of its minimum is judged, and whose \
+         steps are descents. Chains of these two end with their first grasp, so the state and the refined one are the same. Eq. 11 is read as printed \
          (‖Gc‖ < 0.5) and as coded (‖Gc‖² < 0.5, ten times the penetration). The paper reports 5 of 512 on bottles.\n\n\
          | | | Eq. 11 as printed | as coded | strict | refined: as printed | as coded | strict | first success by step |\n\
          |---|---|---|---|---|---|---|---|---|\n",
@@ -237,11 +259,10 @@ fn row(text: &mut String, run: &Run, rows: &[Vec<f64>]) {
         let [low, high] = interval(count, run.chains as f64);
         format!("{count} ({:.1}–{:.1} %)", 100.0 * low, 100.0 * high)
     };
-    let _ = write!(
-        text,
-        "| {} | {}, {} contacts",
-        run.name, run.object, run.energy.contacts
-    );
+    let _ = write!(text, "| {} | {}", run.name, run.object);
+    if run.energy.layer.is_none() {
+        let _ = write!(text, ", {} contacts", run.energy.contacts);
+    }
     if run.energy.candidates == Candidates::Fingertips {
         text.push_str(", fingertips");
     }
@@ -257,7 +278,7 @@ fn row(text: &mut String, run: &Run, rows: &[Vec<f64>]) {
     let _ = writeln!(text, " | {first} |");
 }
 
-/// Numbers of steps at which chains are judged, six per decade.
+/// Numbers of steps at which chains are judged, six per decade, from 10, or from 1 for chains of few steps.
 fn checkpoints(steps: u32) -> Vec<u32> {
     #[expect(
         clippy::cast_possible_truncation,
@@ -265,8 +286,13 @@ fn checkpoints(steps: u32) -> Vec<u32> {
         reason = "a positive number of steps"
     )]
     let step = |k: u32| libm::pow(10f64, f64::from(k) / 6.0).round() as u32;
-    let mut steps_at: Vec<u32> = (6..54).map(step).take_while(|step| *step < steps).collect();
+    let first = if steps < 100 { 0 } else { 6 };
+    let mut steps_at: Vec<u32> = (first..54)
+        .map(step)
+        .take_while(|step| *step < steps)
+        .collect();
     steps_at.push(steps);
+    steps_at.dedup();
     steps_at
 }
 
@@ -318,7 +344,11 @@ fn follow(energy: &GraspEnergy, run: &Run, at: &[u32], chain: u64) -> Vec<[f64; 
         },
     );
     let raw = |state: &State| {
-        let grasp = Grasp::new(state.coordinates.clone(), state.discrete.clone());
+        let grasp = if energy.layer().spheres.is_empty() {
+            Grasp::new(state.coordinates.clone(), state.discrete.clone())
+        } else {
+            Grasp::best(energy, state.coordinates.clone())
+        };
         passes(&judge(energy, &grasp))
     };
     let refined = passes(&judge(energy, &end.refined));

@@ -79,7 +79,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn methods() -> [Method; 3] {
+fn methods() -> [Method; 4] {
     [
         Method {
             name: "as printed",
@@ -104,6 +104,16 @@ fn methods() -> [Method; 3] {
                     / SynthesisSettings::four_points().attempts,
                 attempts: 1,
                 ..SynthesisSettings::four_points()
+            },
+        },
+        Method {
+            name: "closed, first attempt",
+            refinement: "descent",
+            energy: EnergySettings::closed(),
+            synthesis: SynthesisSettings {
+                steps: SynthesisSettings::closed().steps / SynthesisSettings::closed().attempts,
+                attempts: 1,
+                ..SynthesisSettings::closed()
             },
         },
     ]

@@ -29,9 +29,13 @@ pub(crate) fn sheet(all: &[Series]) -> Canvas {
     let mut top = GAP;
     for series in all {
         let method = &series.method;
+        let contacts = match method.energy.layer {
+            Some(_) => "an elastic layer".to_owned(),
+            None => format!("{} contacts", method.energy.contacts),
+        };
         let title = format!(
-            "{}, {} contacts, refined by {}",
-            method.name, method.energy.contacts, method.refinement
+            "{}, {contacts}, refined by {}",
+            method.name, method.refinement
         );
         let face = TextFace::new(18.0, theme::INK).bold();
         canvas.text([f64::from(LEFT), f64::from(top) + 14.0], &title, face);

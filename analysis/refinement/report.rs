@@ -13,7 +13,8 @@ pub(crate) fn text(all: &[Series]) -> String {
          Chains on `{OBJECT}`, seed {SEED}. Contacts are measured on the exact mesh; *closure*: exact force closure at μ = 0.5; \
          *grasp*: closure, and every contact within 2 mm of the mesh. ‖Gc‖ is that of the exact mesh, its arms divided by the method's \
          own unit (object radius; 120 mm as released). Medians over all samples. *Ours*: \
-         the preset `four_points`. Written by `cargo run --release --example refinement`.\n\n\
+         the preset `four_points`; *closed*: the default preset, whose energy has no contact set, so that the best set of each \
+         pose is judged, and which refines an end on the energy that does not name the digits of a grip. Written by `cargo run --release --example refinement`.\n\n\
          | method | chains | ‖Gc‖ before | after | mean contact distance before, mm | after, mm | closure before | after | grasp \
          before | after |\n|---|---|---|---|---|---|---|---|---|---|\n"
     );

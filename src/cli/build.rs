@@ -444,6 +444,7 @@ impl Mapping<'_> {
         Ok(content_hash(&[
             self.source.content_hash.as_bytes(),
             serde_json::to_string(&settings.map_settings())?.as_bytes(),
+            serde_json::to_string(&settings.choice)?.as_bytes(),
             // Hand and object as changed by the flags --hand and --object.
             serde_json::to_string(population.object)?.as_bytes(),
             serde_json::to_string(population.hand)?.as_bytes(),

@@ -2,7 +2,7 @@
 
 use super::error::StudyError;
 use super::level::letting_go;
-use super::settings::{GraspMapSettings, StudyRun, contact_slope};
+use super::settings::{ChoiceSettings, GraspMapSettings, StudyRun, contact_slope};
 use crate::figure::diagram_chart;
 use crate::grasp::{GraspEnergy, GraspKernel};
 use crate::store::AtomicFolder;
@@ -38,7 +38,7 @@ impl ChainChoice {
         };
         let mut best = None;
         if settings.diagram {
-            let found = measure(surface, minima, map, &run.run)?;
+            let found = measure(&settings.choice, surface, minima, map, &run.run)?;
             (run.stage_ended)("diagram", found.evaluations);
             let recommended = found.recommended.as_ref();
             best = recommended.map(|best| (best.temperature, best.force));
@@ -103,21 +103,20 @@ fn try_few(
     run: &Run<'_>,
 ) -> Result<Tuning, JournalError> {
     let slope = contact_slope(energy);
-    let tried = |given: Option<f64>, [low, high]: [f64; 2], count| {
-        given.map_or_else(|| log_grid(low, high, count), |given| vec![given])
-    };
+    let one = |given: f64| vec![given];
     // Over an elastic layer few chains run, and their temperature is known.
     let layered = letting_go(energy.settings()).is_some();
-    let temperature = settings.temperature;
-    let temperature = temperature.or(layered.then_some(map.chain.temperature));
+    let choice = &settings.choice;
+    let temperatures = settings.temperature.map(one);
+    let temperatures = temperatures.or_else(|| ascending(choice.temperatures.as_deref()));
+    let temperatures = temperatures.or_else(|| layered.then(|| one(map.chain.temperature)));
+    let forces = settings.force.map(one);
+    let forces = forces.or_else(|| ascending(choice.forces.as_deref()));
     let settings = TuningSettings {
-        temperatures: tried(temperature, [0.0025, 0.04], 3),
-        forces: tried(
-            settings.force,
-            [slope, 32.0 * slope],
-            if layered { 6 } else { 11 },
-        ),
-        pairs: if layered { 6 } else { 12 },
+        temperatures: temperatures.unwrap_or_else(|| log_grid(0.0025, 0.04, 3)),
+        forces: forces
+            .unwrap_or_else(|| log_grid(slope, 32.0 * slope, if layered { 6 } else { 11 })),
+        pairs: choice.pairs.unwrap_or(if layered { 6 } else { 12 }),
         neighbours: map.neighbours,
         chain: map.chain.clone(),
         quench: map.quench.clone(),
@@ -127,8 +126,18 @@ fn try_few(
     tune(energy, kernel, minima, &settings, run)
 }
 
-/// Measures the diagram at temperatures and forces typical of hands, with forces in units of the slope of one contact.
+/// The given values in ascending order, if there are any.
+fn ascending(given: Option<&[f64]>) -> Option<Vec<f64>> {
+    let mut values = given.filter(|values| !values.is_empty())?.to_vec();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    Some(values)
+}
+
+/// Measures the diagram at the given temperatures and forces, or at those typical of hands, with forces in units of the
+/// slope of one contact.
 fn measure(
+    choice: &ChoiceSettings,
     (energy, kernel): (&GraspEnergy, &GraspKernel<'_>),
     minima: &[Minimum],
     settings: &MapSettings,
@@ -136,11 +145,13 @@ fn measure(
 ) -> Result<Diagram, JournalError> {
     let contact_slope = contact_slope(energy);
     let settings = DiagramSettings {
-        temperatures: log_grid(0.0025, 0.04, 5),
-        forces: log_grid(0.25 * contact_slope, 32.0 * contact_slope, 15),
-        replicas: 3,
-        minima: 16,
-        neighbours: 2,
+        temperatures: ascending(choice.temperatures.as_deref())
+            .unwrap_or_else(|| log_grid(0.0025, 0.04, 5)),
+        forces: ascending(choice.forces.as_deref())
+            .unwrap_or_else(|| log_grid(0.25 * contact_slope, 32.0 * contact_slope, 15)),
+        replicas: choice.chains,
+        minima: choice.minima,
+        neighbours: choice.neighbours,
         chain: settings.chain.clone(),
         quench: settings.quench.clone(),
         sameness: settings.sameness,

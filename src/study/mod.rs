@@ -169,7 +169,7 @@ pub use network_of_states::NetworkOfStates;
 pub use page::{PageGrasps, PageLandscape, grasp_page, landscape_page};
 pub use report::GraspReport;
 pub use searched::{Searched, SurfaceSearch};
-pub use settings::{GraspMapSettings, StudyRun, settings_for_grasps};
+pub use settings::{ChoiceSettings, GraspMapSettings, StudyRun, settings_for_grasps};
 pub use simulation::{
     ObjectFit, Simulation, simulate_all, simulate_sample, simulation_fingerprint,
 };

@@ -1,5 +1,7 @@
 //! Settings for maps of grasps.
 
+use serde::{Deserialize, Serialize};
+
 use super::level::{GroupLevel, ROUGHNESS, letting_go};
 use crate::grasp::{EnergySettings, GraspEnergy};
 use crate::topography::{
@@ -117,6 +119,40 @@ pub(super) fn map_of(energy: &EnergySettings, slope: f64) -> MapSettings {
     settings
 }
 
+/// What is tried to choose temperature and force of the chains of a map, if they are not given.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ChoiceSettings {
+    /// Temperatures T. `None` or empty: those typical of hands; over an elastic layer few chains run at its usual one only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub temperatures: Option<Vec<f64>>,
+    /// Forces F = αT, energy per metre. `None` or empty: multiples of the slope of one contact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub forces: Option<Vec<f64>>,
+    /// Greatest number of pairs between which the few chains run. `None`: 6 over an elastic layer, 12 otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pairs: Option<usize>,
+    /// Of the diagram: number of chains for each pair and direction at each temperature and force.
+    pub chains: usize,
+    /// Of the diagram: greatest number of minima in its sample.
+    pub minima: usize,
+    /// Of the diagram: nearest neighbours in the sample that each minimum is paired with.
+    pub neighbours: usize,
+}
+
+impl Default for ChoiceSettings {
+    fn default() -> Self {
+        Self {
+            temperatures: None,
+            forces: None,
+            pairs: None,
+            chains: 3,
+            minima: 16,
+            neighbours: 2,
+        }
+    }
+}
+
 /// Settings of [`map_population`](super::map_population).
 #[derive(Debug, Clone)]
 pub struct GraspMapSettings {
@@ -128,6 +164,8 @@ pub struct GraspMapSettings {
     pub force: Option<f64>,
     /// Whether to choose by a magnetisation diagram instead of a few chains.
     pub diagram: bool,
+    /// What is tried for the choice.
+    pub choice: ChoiceSettings,
     /// Whether to map by sequential ADELM as published. Every barrier is then an upper bound, and the order matters.
     pub sequential: bool,
 }
@@ -140,6 +178,7 @@ impl GraspMapSettings {
             temperature: None,
             force: None,
             diagram: false,
+            choice: ChoiceSettings::default(),
             sequential: false,
         }
     }

@@ -14,7 +14,7 @@ use toml::{Table, Value};
 
 use super::experiment::overlay;
 use super::settings::default_map;
-use super::{Experiment, ExperimentError, GraspMapSettings};
+use super::{ChoiceSettings, Experiment, ExperimentError, GraspMapSettings};
 use crate::evaluation::stability::Protocol;
 use crate::formats::toml_text;
 use crate::limits::Beyond;
@@ -75,6 +75,7 @@ impl ConfigurationFile<'_> {
                 let values = plain(&BuildFile {
                     diagram: Some(false),
                     sequential: Some(false),
+                    choice: Some(ChoiceSettings::default()),
                     map: Some(default_map()),
                     ..BuildFile::default()
                 });
@@ -237,6 +238,7 @@ struct BuildFile {
     force: Option<f64>,
     diagram: Option<bool>,
     sequential: Option<bool>,
+    choice: Option<ChoiceSettings>,
     map: Option<MapSettings>,
 }
 
@@ -252,6 +254,7 @@ impl GraspMapSettings {
             temperature: file.temperature.or(self.temperature),
             force: file.force.or(self.force),
             diagram: file.diagram.unwrap_or(self.diagram),
+            choice: given.over("choice", &self.choice)?,
             sequential: file.sequential.unwrap_or(self.sequential),
         })
     }

@@ -54,6 +54,14 @@ pub(super) fn check(given: &Table, typed: &Table) -> Result<(), (String, Beyond)
             }
             (Value::Float(number), _) => (*number, POSITIVE_SETTING),
             (Value::Integer(number), _) => (*number as f64, COUNT_SETTING),
+            (Value::Array(numbers), _) => {
+                for number in numbers.iter().filter_map(Value::as_float) {
+                    POSITIVE_SETTING
+                        .check(number)
+                        .map_err(|beyond| (key.clone(), beyond))?;
+                }
+                continue;
+            }
             _ => continue,
         };
         let limit = RANGES

@@ -58,6 +58,7 @@ fn settings_of_build(energy: &EnergySettings) -> GraspMapSettings {
         temperature: None,
         force: None,
         diagram: false,
+        choice: ChoiceSettings::default(),
         sequential: false,
     }
 }
@@ -79,6 +80,7 @@ fn read(of: &ConfigurationFile<'_>, text: &str) -> Result<Table, String> {
                 force: found.force,
                 diagram: Some(found.diagram),
                 sequential: Some(found.sequential),
+                choice: Some(found.choice),
                 map: Some(found.map),
             }))
         }
@@ -148,7 +150,9 @@ fn templates_explain_every_key() {
                 .filter(|key| {
                     let without_value =
                         ["temperature", "force", "barrier", "highest", "hop_length_m"];
+                    let tried = ["choice.temperatures", "choice.forces", "choice.pairs"];
                     without_value.contains(&key.rsplit('.').next().unwrap_or_default())
+                        || tried.contains(&key.as_str())
                         || key.contains("layer.")
                         || key.contains("grips.")
                 })
@@ -349,4 +353,19 @@ fn scales_of_a_file_replace_those_that_were_measured() {
     expected.quench.max_evaluations = 7;
     assert_eq!(found, expected);
     assert_ne!(MapSettings::default(), default_map());
+}
+
+#[test]
+fn what_is_tried_for_the_chains_can_be_set() {
+    let usual = settings_of_build(&EnergySettings::closed());
+    let (_folder, path) = file("[choice]\ntemperatures = [0.02, 0.01]\npairs = 3\nchains = 5\n");
+    let found = usual.clone().with_file(&path).unwrap().choice;
+    assert_eq!(found.temperatures, Some(vec![0.02, 0.01]));
+    assert_eq!((found.pairs, found.chains), (Some(3), 5));
+    assert_eq!(found.minima, usual.choice.minima);
+    for wrong in ["temperatures = [0.01, -1.0]", "chains = 0"] {
+        let (_folder, path) = file(&format!("[choice]\n{wrong}\n"));
+        let message = usual.clone().with_file(&path).unwrap_err().to_string();
+        assert!(message.contains("choice."), "{message}");
+    }
 }
