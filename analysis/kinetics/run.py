@@ -208,8 +208,8 @@ def main(binary):
             line, difference_here = row(binary, ring, "30 random minima, m20 to m29 to m0", temperature, list(range(20, 30)), [0])
             text, worst = text + line, max(worst, difference_here)
         text += (
-            f"\nThe greatest difference of this program is {worst:.1e}. Logarithms of 64 bits have 16 digits, so a rate of 10⁻¹⁰⁰⁰ cannot be "
-            "exact to more than about 10⁻¹³ of itself.\n\n"
+            f"\nThe greatest difference of this program is {worst:.1e}. The logarithm of a rate of 10⁻¹⁰⁰⁰ is near −2300 and has 16 "
+            "digits, so the rate is exact to about 10⁻¹² of itself at best.\n\n"
             "## A published network\n\nThe 32 states of D. Kannan, D. J. Sharpe, T. D. Swinburne and D. J. Wales, J. Chem. Phys. 153, 244108 "
             "(2020), with the values that PyGT 0.3.0 computes. `tests/kinetics.rs` compares the same numbers. PyGT works with the "
             "rates themselves and not with logarithms. Its tutorial prints the mean times 664.58268 and 585.79341 at kT = 1.\n\n"
