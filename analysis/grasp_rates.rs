@@ -4,6 +4,7 @@
 //!
 //! The first argument names another landscape of grasps (a folder).
 
+use std::collections::BTreeSet;
 use std::error::Error;
 use std::fmt::Write;
 use std::path::Path;
@@ -128,6 +129,19 @@ fn report(
             "| {temperature} | {} | {:.2} | {changed} of {counted} |",
             pairs.len(),
             spearman(&barriers, &slowness)
+        )?;
+    }
+    let joined: BTreeSet<usize> = pairs.iter().map(|pair| pair.from).collect();
+    let alone: Vec<String> = (0..families.len())
+        .filter(|family| !joined.contains(family))
+        .map(|family| format!("g{family}"))
+        .collect();
+    if !alone.is_empty() {
+        writeln!(
+            text,
+            "\nFamilies without a rate: {}. No verified saddle joins them to another family. Their connections are upper bounds, \
+             over which a rate would be too low, so they are in no pair of the table.",
+            alone.join(", ")
         )?;
     }
     text.push_str("\n## Widths of basins\n\nThe width of a minimum is −½ Σ ln λ over its curvatures λ: the logarithm of the volume of its harmonic well, up to a constant. The share of descents is that of the grasps of the population that ended in the minimum.\n\n");

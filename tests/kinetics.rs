@@ -60,20 +60,22 @@ fn a_published_network_has_its_published_rates() {
             RateNetwork::new(&database, expected.temperature, Dynamics::TransitionState).unwrap();
         let between = network.between(b, a);
         let (to_a, to_b) = (between.forward.unwrap(), between.backward.unwrap());
-        let agree = |ours: f64, theirs: f64| {
-            // PyGT works with the numbers themselves, which costs digits at low temperatures.
-            approx::assert_relative_eq!(ours, theirs, max_relative = 1e-9);
+        // By default any difference below 2·10⁻¹⁶ passes, and the rates at low temperatures are smaller than 10⁻¹².
+        let agree = |ours: f64, theirs: f64, tolerance: f64| {
+            approx::assert_relative_eq!(ours, theirs, epsilon = 0.0, max_relative = tolerance);
         };
-        agree(libm::exp(-to_a.mean_time), expected.mean_time_to_a);
-        agree(libm::exp(-to_b.mean_time), expected.mean_time_to_b);
-        for (ours, theirs) in [
-            (to_a.steady_state, expected.steady_state_to_a),
-            (to_b.steady_state, expected.steady_state_to_b),
-            (to_a.first_passage, expected.first_passage_to_a),
-            (to_b.first_passage, expected.first_passage_to_b),
+        // PyGT works with the numbers themselves, which costs digits of Σ p/T at low temperatures (figures/kinetics.md).
+        let (most, sum) = (1e-9, 1e-5);
+        agree(libm::exp(-to_a.mean_time), expected.mean_time_to_a, most);
+        agree(libm::exp(-to_b.mean_time), expected.mean_time_to_b, most);
+        for (ours, theirs, tolerance) in [
+            (to_a.steady_state, expected.steady_state_to_a, most),
+            (to_b.steady_state, expected.steady_state_to_b, most),
+            (to_a.first_passage, expected.first_passage_to_a, sum),
+            (to_b.first_passage, expected.first_passage_to_b, sum),
         ] {
             if let Some(theirs) = theirs {
-                agree(libm::exp(ours), theirs);
+                agree(libm::exp(ours), theirs, tolerance);
             }
         }
     }

@@ -282,6 +282,38 @@ fn the_tutorial_of_energies_runs() {
     assert!(summary.contains("**4 minima** and **12 saddles**"));
 }
 
+#[cfg(unix)]
+#[test]
+fn the_tutorial_of_dihedral_angles_runs() {
+    let desk = follow("pentane.md", &[]);
+    let summary = desk.path("pentane.landscape/summary.md");
+    // Without python3 the command was skipped.
+    if summary.exists() {
+        let summary = read(&summary);
+        assert!(summary.contains("**9 minima** and **18 saddles**"));
+        for line in [
+            "| m0 | -0.407001 |",
+            "| m8 | 16.373267 | 17.130712 |",
+            "| 31.963916 |",
+        ] {
+            assert!(summary.contains(line), "{line}");
+        }
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn the_tutorial_of_measures_runs() {
+    let made = [
+        "lj-7.thermodynamics/superbasins.csv",
+        "lj-7.view/disconnectivity_minima.svg",
+        "muller-brown.view/disconnectivity.svg",
+    ];
+    let desk = follow("measures.md", &made);
+    let summary = read(&desk.path("lj-7.thermodynamics/summary.md"));
+    assert!(summary.contains("Their asymmetry (difference of these, divided by the sum) is 0.37."));
+}
+
 /// The commands of the README are those of the program: each says what is missing here, and nothing about its arguments.
 #[test]
 fn commands_of_the_readme_are_understood() {
