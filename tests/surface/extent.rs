@@ -53,6 +53,8 @@ fn a_budget_ends_at_a_batch_that_can_be_repeated() {
         let said = desk.mistake(&["lj", "6", &format!("--budget={wrong}")]);
         assert!(said.contains("--budget"), "{said}");
     }
+    let said = desk.mistake(&["lj", "6", "--budget", "0s"]);
+    assert!(said.contains("1e8 s") && !said.contains("  "), "{said}");
 }
 
 #[test]
