@@ -58,6 +58,19 @@ fn a_budget_ends_at_a_batch_that_can_be_repeated() {
 }
 
 #[test]
+fn a_number_of_minima_that_is_not_used_is_told() {
+    let desk = Desk::new();
+    let said = |more: &[&str]| {
+        let output = desk.run(&[&["muller-brown", "--lowest", "5", "--no-report"], more].concat());
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let note = "--lowest 5 was not used, because everything is searched for";
+    assert!(said(&[]).contains(note));
+    assert!(!said(&["--search", "lowest"]).contains(note));
+}
+
+#[test]
 fn the_lowest_minima_are_joined() {
     let desk = Desk::new();
     let arguments = [

@@ -5,8 +5,7 @@
 
 use crate::energy::Energy;
 use crate::optimize::quench;
-use crate::space::interpolate;
-use crate::space::vector::scale;
+use crate::space::vector::{add, dot, norm, scale};
 use crate::topography::audit::{Audit, AuditSettings, Verdict};
 
 /// Ends of descents where the softest curvature is below this fraction of the stiffest may lie farther from the minimum than
@@ -18,11 +17,13 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Number of parts into which a line is divided, and their length in distance tolerances if the greatest number allows it.
 const PARTS: [usize; 2] = [8, 64];
 const PART: f64 = 25.0;
-/// Greatest number of descents between two points of one energy. Each shortens the gap between them to about 0.6.
-const DESCENTS: usize = 8;
-/// Fraction of the way at which a descent begins. The middle of a symmetric pair lies on a ridge.
-const BEGINNING: f64 = 0.382;
-/// If a descent leaves more than this fraction of a gap, a ridge divides it.
+/// Greatest number of times that descents shorten the gap between two points of one energy, each time to about 0.6.
+const SHORTENINGS: usize = 8;
+/// Places between two points where descents begin, the next ones only if the first one does not shorten the gap: along the
+/// line, and aside in units of its length. The middle of a symmetric pair lies on a ridge, and so does nearly all of a line
+/// between opposite points of a ring, off which a descent from beside the ridge leads.
+const BEGINNINGS: [[f64; 2]; 3] = [[0.382, 0.0], [0.49, 0.2], [0.51, -0.2]];
+/// If the descents leave more than this fraction of a gap, a ridge divides it.
 const STUCK: f64 = 0.9;
 /// Number of nearest sets of one energy that a new point may belong to.
 const NEAREST: usize = 4;
@@ -119,40 +120,75 @@ impl Ground<'_> {
         between.all(|part| height(part) <= most)
     }
 
-    /// Whether a ridge divides two points of one energy: descents from between them close the gap only up to a rest.
+    /// Whether a ridge divides two points of one energy: descents from between them shorten the gap only up to a rest.
     fn are_parted(&self, (a, level): (&[f64], f64), b: &[f64]) -> bool {
-        let space = self.energy.space();
-        let (mut a, mut b) = (a.to_vec(), b.to_vec());
-        let mut gap = space.distance(&a, &b);
-        for _ in 0..DESCENTS {
-            let start = interpolate(space, &a, &b, BEGINNING);
-            let end = quench(self.energy, &start, &self.settings.quench);
-            let resting = end.gradient_norm <= self.settings.gradient_tolerance;
-            if !(resting && (end.energy - level).abs() <= self.settings.sameness.energy) {
-                return false;
+        let mut ends = [a.to_vec(), b.to_vec()];
+        for _ in 0..SHORTENINGS {
+            match self.shortened(ends, level) {
+                Gap::Shorter(shorter) => ends = shorter,
+                Gap::Ridge => return true,
+                Gap::Closed | Gap::Unknown => return false,
             }
-            let open = |one: &[f64], other: &[f64]| {
-                let is_open = !self.is_level((one, level), (other, level));
-                is_open.then(|| space.distance(one, other))
-            };
-            let rest = match (open(&a, &end.x), open(&end.x, &b)) {
-                (None, None) => return false,
-                (Some(first), second) if second.is_none_or(|second| second < first) => {
-                    b = end.x;
-                    first
-                }
-                (first, second) => {
-                    a = end.x;
-                    second.or(first).unwrap_or(gap)
-                }
-            };
-            if rest > STUCK * gap {
-                return true;
-            }
-            gap = rest;
         }
         false
     }
+
+    /// What descents from between two points of one energy make of the gap.
+    fn shortened(&self, [a, b]: [Vec<f64>; 2], level: f64) -> Gap {
+        let space = self.energy.space();
+        let mut along = vec![0.0; space.tangents()];
+        let gap = space.log(&a, &b, &mut along);
+        let aside = perpendicular(&along);
+        let open = |one: &[f64], other: &[f64]| {
+            let is_open = !self.is_level((one, level), (other, level));
+            is_open.then(|| space.distance(one, other))
+        };
+        for [part, off] in BEGINNINGS {
+            let mut start = a.clone();
+            let step = along.iter().zip(&aside);
+            let step: Vec<f64> = step
+                .map(|(along, aside)| part * along + off * aside)
+                .collect();
+            space.exp(&mut start, &step);
+            let end = quench(self.energy, &start, &self.settings.quench);
+            let resting = end.gradient_norm <= self.settings.gradient_tolerance;
+            if !(resting && (end.energy - level).abs() <= self.settings.sameness.energy) {
+                return Gap::Unknown;
+            }
+            match [open(&a, &end.x), open(&end.x, &b)].map(|rest| rest.unwrap_or(0.0)) {
+                [first, second] if first.max(second) > STUCK * gap => {}
+                [first, second] if first > second => return Gap::Shorter([a, end.x]),
+                [_, second] if second > 0.0 => return Gap::Shorter([end.x, b]),
+                _ => return Gap::Closed,
+            }
+        }
+        Gap::Ridge
+    }
+}
+
+/// A tangent of the same length that is perpendicular to this one and has no other symmetry; 0 if there is none.
+fn perpendicular(tangent: &[f64]) -> Vec<f64> {
+    let components = (1..=tangent.len()).map(|k| libm::sin((k * k) as f64));
+    let mut aside: Vec<f64> = components.collect();
+    let part = dot(&aside, tangent) / dot(tangent, tangent).max(f64::MIN_POSITIVE);
+    add(&mut aside, -part, tangent);
+    let length = norm(&aside);
+    if length > 1e-9 {
+        scale(&mut aside, norm(tangent) / length);
+    }
+    aside
+}
+
+/// What is known of the gap between two points of one energy.
+enum Gap {
+    /// Level lines join them.
+    Closed,
+    /// The longer part that is left.
+    Shorter([Vec<f64>; 2]),
+    /// A ridge divides them.
+    Ridge,
+    /// A descent ended at another energy.
+    Unknown,
 }
 
 #[cfg(test)]
@@ -219,8 +255,8 @@ mod tests {
         };
         let at = |turn: f64| [libm::cos(turn), libm::sin(turn)];
         assert_eq!(
-            numbers(ring, &[at(0.0), at(0.1), at(2.0), at(3.1), at(-1.5)]),
-            [0; 5]
+            numbers(ring, &[0.0, 0.1, 2.0, 3.1, 3.141, -1.5].map(at)),
+            [0; 6]
         );
         let troughs = |x: f64, _: f64| {
             let valley = x * x - 1.0;
