@@ -182,7 +182,7 @@ limits! {
         "the path has two ends, and more pictures in a strip are too small to see";
 
     /// Time after which a search stops, seconds.
-    BUDGET: 1e-3, 1e8, " s",
+    BUDGET: 1e-3, 1e8, "s",
         "a search takes up to three years";
 
     /// Number of the lowest minima that are joined.

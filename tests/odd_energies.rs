@@ -236,6 +236,78 @@ fn plains_stiff_valleys_and_close_pairs_are_mapped() {
     }
 }
 
+/// Descents end anywhere near the bottom of such a well, because the gradient is below the tolerance there.
+#[test]
+fn wells_that_rise_slowly_have_one_minimum() {
+    let sextic = plane(|x, y| (x.powi(6) + y * y, [6.0 * x.powi(5), 2.0 * y]));
+    let octic = plane(|x, y| (x.powi(8) + y * y, [8.0 * x.powi(7), 2.0 * y]));
+    for (name, energy) in [("sextic", &sextic as &dyn Energy), ("octic", &octic)] {
+        for found in explored(energy, 2.0) {
+            assert_eq!(numbers(&found), (1, 0), "{name}");
+        }
+    }
+    let double = plane(|x, y| {
+        let valley = x * x - 1.0;
+        (
+            valley * valley + y.powi(6),
+            [4.0 * x * valley, 6.0 * y.powi(5)],
+        )
+    });
+    for found in explored(&double, 2.0) {
+        assert_eq!(numbers(&found), (2, 1));
+        let saddle = &found.saddles[0];
+        assert!(saddle.ends[0] != saddle.ends[1] && (saddle.energy - 1.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn plateaus_and_troughs_of_one_energy_are_apart() {
+    let discs = plane(|x, y| {
+        // Squared depth beyond the edge of a disc, and its derivatives.
+        let outside = |centre: f64| {
+            let radius = libm::hypot(x - centre, y);
+            let beyond = (radius - 0.4).max(0.0);
+            let slope = 2.0 * beyond / radius.max(1e-300);
+            (beyond * beyond, [slope * (x - centre), slope * y])
+        };
+        let (one, other) = (outside(1.2), outside(-1.2));
+        let slopes = [0, 1].map(|k| other.0 * one.1[k] + one.0 * other.1[k]);
+        (one.0 * other.0, slopes)
+    });
+    let troughs = plane(|x, _| {
+        let valley = x * x - 1.0;
+        (valley * valley, [4.0 * x * valley, 0.0])
+    });
+    for (name, energy, height) in [
+        ("discs", &discs as &dyn Energy, 0.4096),
+        ("troughs", &troughs, 1.0),
+    ] {
+        for found in explored(energy, 2.0) {
+            assert_eq!(numbers(&found), (2, 1), "{name}");
+            let saddle = &found.saddles[0];
+            assert_ne!(saddle.ends[0], saddle.ends[1], "{name}");
+            assert!((saddle.energy - height).abs() < 1e-6, "{name}");
+            assert_eq!(found.coverage.doubt, Some(Doubt::Degenerate), "{name}");
+        }
+    }
+}
+
+/// A kinked ridge between two wells has no saddle that can be verified, so nothing bounds the number of those missing.
+#[test]
+fn a_kinked_ridge_leaves_no_bound() {
+    let ridge = plane(|x, y| {
+        let one = ((x - 1.0).powi(2) + y * y, [2.0 * (x - 1.0), 2.0 * y]);
+        let other = ((x + 1.0).powi(2) + y * y + 0.3, [2.0 * (x + 1.0), 2.0 * y]);
+        if one.0 < other.0 { one } else { other }
+    });
+    for found in explored(&ridge, 2.0) {
+        assert_eq!(numbers(&found), (2, 0));
+        assert_eq!(found.coverage.doubt, Some(Doubt::Apart));
+        let bounds = (found.coverage.unseen, found.coverage.unseen_below);
+        assert_eq!(bounds, (None, None));
+    }
+}
+
 /// Side of the cell of [`adatoms`].
 const PERIOD: f64 = 2.0;
 

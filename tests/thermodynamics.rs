@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::desk::{Desk, assert_says};
 
-/// The published network of `tests/kinetics.rs` as files of PATHSAMPLE, and its two sets.
+/// The published network of `tests/kinetics.rs` as files of PATHSAMPLE, and its two sets as names and as `min.a` and `min.b`.
 fn published(desk: &Desk) -> [String; 2] {
     let reference = include_str!("reference/kinetics_32_states.json");
     let reference: Value = serde_json::from_str(reference).unwrap();
@@ -29,12 +29,86 @@ fn published(desk: &Desk) -> [String; 2] {
     let mut order: Vec<usize> = (0..energies.len()).collect();
     order.sort_by(|a, b| energies[*a].total_cmp(&energies[*b]).then(a.cmp(b)));
     ["a", "b"].map(|set| {
-        let names = list(set).into_iter().map(|row| {
-            let row = usize::try_from(row.as_u64().unwrap()).unwrap();
-            format!("m{}", order.iter().position(|k| *k == row).unwrap())
+        let rows = list(set).into_iter().map(|row| row.as_u64().unwrap());
+        let rows: Vec<usize> = rows.map(|row| usize::try_from(row).unwrap()).collect();
+        let mut file = format!("{}\n", rows.len());
+        for row in &rows {
+            writeln!(file, "{}", row + 1).unwrap();
+        }
+        fs::write(folder.join(format!("min.{set}")), file).unwrap();
+        let names = rows.iter().map(|row| {
+            let place = order.iter().position(|k| k == row).unwrap();
+            format!("m{place}")
         });
         names.collect::<Vec<_>>().join(",")
     })
+}
+
+/// The numbers of `min.A` and `min.B` are those of `min.data`, of which an imported landscape keeps the order.
+#[test]
+fn sets_are_read_from_files_of_pathsample() {
+    let desk = Desk::empty();
+    let [a, b] = published(&desk);
+    assert!(desk.run("import published --no-report -q").status.success());
+    let rates = |folder: &str, from: &str, to: &str| {
+        let line = format!("rates {folder} --from {from} --to {to} --temperature 1 --json");
+        let output = desk.run(&line);
+        assert!(output.status.success(), "{output:?}");
+        let mut found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        found["landscape"].take();
+        found
+    };
+    let by_name = rates("published", &b, &a);
+    for folder in ["published", "published.landscape"] {
+        let by_file = rates(folder, "published/min.b", "published/min.a");
+        assert_eq!(by_file, by_name, "{folder}");
+    }
+    // The answer tells both numbers.
+    let file = fs::read_to_string(desk.path("published/min.a")).unwrap();
+    let number = file.split_whitespace().nth(1).unwrap();
+    let numbers = by_name["numbers_in_min_data"].as_array().unwrap();
+    let target = numbers.iter().position(|k| k.to_string() == number);
+    let said =
+        desk.run("rates published --from published/min.b --to published/min.a --temperature 1");
+    let said = String::from_utf8(said.stdout).unwrap();
+    assert_says(&said, &[&format!("m{} is {number}", target.unwrap())]);
+    fs::write(desk.path("far"), "1\n33\n").unwrap();
+    fs::write(desk.path("few"), "3\n1\n2\n").unwrap();
+    for (file, said) in [
+        ("far", "there is no minimum 33: min.data holds 32 minima"),
+        ("few", "says 3 minima, and 2 numbers follow"),
+    ] {
+        let line = format!("rates published --from {file} --to m0 --temperature 1");
+        assert_says(&desk.mistake(&line), &["--from", file, said]);
+    }
+}
+
+/// Every minimum joins the lowest one above all others, so that the tree is as deep as it can be.
+#[test]
+fn a_deep_tree_of_many_minima_is_finished() {
+    let desk = Desk::empty();
+    let count = 100_000;
+    let (mut min, mut ts) = (String::new(), String::new());
+    for k in 0..count {
+        let energy = if k == 0 {
+            -10.0
+        } else {
+            f64::from(k * 7919 % count) / f64::from(count)
+        };
+        writeln!(min, "{energy} 1.0 1 1 1 1").unwrap();
+        if k > 0 {
+            let height = 2.0 + f64::from(k) / f64::from(count);
+            writeln!(ts, "{height} 1.0 1 1 {} 1 1 1", k + 1).unwrap();
+        }
+    }
+    fs::create_dir(desk.path("deep")).unwrap();
+    fs::write(desk.path("deep/min.data"), min).unwrap();
+    fs::write(desk.path("deep/ts.data"), ts).unwrap();
+    let output = desk.run("thermodynamics deep -q");
+    assert!(output.status.success(), "{output:?}");
+    let table = fs::read_to_string(desk.path("deep.thermodynamics/superbasins.csv")).unwrap();
+    let last = table.lines().last().unwrap();
+    assert!(last.ends_with(",1"), "{last}");
 }
 
 #[test]

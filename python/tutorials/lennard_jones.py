@@ -36,6 +36,6 @@ seven.draw(folder / "lennard_jones.svg", levels=20)
 
 # The same energy by a calculator. Its cutoff is far outside the cluster.
 atoms = ase.Atoms("Ar5", positions=np.random.default_rng(0).normal(size=(5, 3)))
-five = ls.explore(ls.from_ase(atoms, LennardJones(rc=50.0)), box=(-1.0, 1.0), check_gradient=False)
+five = ls.explore(ls.from_ase(atoms, LennardJones(rc=50.0)), box=(-1.0, 1.0))
 assert abs(five.minima.energy[0] + 9.103852) < 1e-3
 print(f"five atoms: {five.minima.energy[0]:.4f}")

@@ -1,8 +1,9 @@
 //! `landscape rates`: rates between two sets of minima.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{bail, ensure};
+use anyhow::{Context, bail, ensure};
 use clap::Args;
 
 use super::args::{Common, GroupBarrier};
@@ -12,7 +13,6 @@ use crate::cli::printing::{complain, print, print_json};
 use crate::store::FileSet;
 use crate::study::{Kinetics, KineticsSettings, NetworkOfStates};
 use crate::thermal::Dynamics;
-use crate::topography::Groups;
 
 /// Rates between minima.
 #[derive(Debug, Args)]
@@ -20,10 +20,10 @@ pub(super) struct Rates {
     /// A landscape with curvatures (of `landscape surface`, `build` or `import`), or a folder with min.data and ts.data.
     #[arg(value_name = "FOLDER")]
     landscape: PathBuf,
-    /// Where to start: minima (m3) and groups (g1), named as in the tree.
+    /// Where to start: minima (m3) and groups (g1), named as in the tree, or a file such as min.A or min.B of PATHSAMPLE.
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', required = true)]
     from: Vec<String>,
-    /// Where to arrive.
+    /// Where to arrive, likewise.
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', required = true)]
     to: Vec<String>,
     /// Temperatures kT, in units of the energy.
@@ -55,13 +55,16 @@ Examples:
   landscape rates lj-13.landscape --from g1 --to g0 --temperature 0.2 --pathways 10
   landscape rates lj-7.landscape --from m1 --to m0 --temperature 0.1 --friction 10
   landscape rates pathsample/ --from m12,m15 --to m0 --temperature 0.5 -o folding
+  landscape rates pathsample/ --from pathsample/min.B --to pathsample/min.A --temperature 0.5
 
 Rates over single transition states follow from energies, curvatures and point groups (harmonic transition-state theory, or
 Kramers with --friction). Rates between sets of minima, mean first-passage times and committors follow by eliminating all
 other minima one by one (graph transformation), in logarithms, so that they are exact however slow the process is.
 Temperatures are kT in units of the energy; times are in units of √(mass · length² / energy).
 
-Minima are named as in the tree: m0 is the lowest. g1 stands for all minima of a group.";
+Minima are named as in the tree: m0 is the lowest. g1 stands for all minima of a group. A file lists minima as PATHSAMPLE
+does: first how many, then their numbers, counted from 1 in the order of min.data of the folder. The answer tells these
+numbers, too.";
 
 /// Greatest number of pathways.
 const MOST: usize = 10_000;
@@ -94,9 +97,8 @@ pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
         check_file(path, &[&command.landscape], common.force)?;
     }
     let states = NetworkOfStates::open(&command.landscape, &command.groups.settings())?;
-    let count = states.database.minima.len();
     let [from, to] = [("--from", &command.from), ("--to", &command.to)]
-        .map(|(flag, names)| chosen(flag, names, count, &states.groups));
+        .map(|(flag, names)| chosen(flag, names, &states));
     let (from, to) = (from?, to?);
     if let Some(both) = from.iter().find(|minimum| to.contains(minimum)) {
         bail!("m{both} is both in --from and in --to");
@@ -130,12 +132,8 @@ pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
 }
 
 /// The minima that the names choose, ascending, each once.
-fn chosen(
-    flag: &str,
-    names: &[String],
-    count: usize,
-    groups: &Groups,
-) -> anyhow::Result<Vec<usize>> {
+fn chosen(flag: &str, names: &[String], states: &NetworkOfStates) -> anyhow::Result<Vec<usize>> {
+    let (count, groups) = (states.database.minima.len(), &states.groups);
     let mut chosen = Vec::new();
     for name in names {
         let name = name.trim();
@@ -156,8 +154,14 @@ fn chosen(
                 count.saturating_sub(1)
             );
             chosen.push(minimum);
+        } else if Path::new(name).is_file() {
+            let read = fs::read_to_string(name).with_context(|| format!("{flag} {name}"))?;
+            let listed = states.minima_of(&read);
+            chosen.extend(listed.with_context(|| format!("{flag} {name}"))?);
         } else {
-            bail!("{flag} {name}: write minima and groups as the tree names them, m0,m3,g1");
+            bail!(
+                "{flag} {name}: write minima and groups as the tree names them, m0,m3,g1, or a file such as min.A of PATHSAMPLE"
+            );
         }
     }
     chosen.sort_unstable();

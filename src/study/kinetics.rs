@@ -34,7 +34,8 @@ pub struct KineticsAt {
     pub rates: [SetRates; 2],
     /// The fastest pathways from the sources to the targets.
     pub pathways: Vec<Pathway>,
-    /// Committor of each minimum: ln of the probability to reach the targets before the sources.
+    /// Committor of each minimum: ln of the probability to reach the targets before the sources, so that it is 0 for the
+    /// targets.
     pub log_committors: Vec<f64>,
 }
 
@@ -126,9 +127,33 @@ impl<'a> Kinetics<'a> {
             "notes": self.states.notes,
             "sources": self.sources,
             "targets": self.targets,
+            "numbers_in_min_data": self.states.rows.iter().map(|row| row + 1).collect::<Vec<_>>(),
             "friction": self.friction(),
             "at": at.collect::<Vec<_>>(),
         })
+    }
+
+    /// The numbers of the two sets in `min.data`, if they are others than those of the tree.
+    fn numbers(&self) -> String {
+        let rows = &self.states.rows;
+        if rows.is_sorted() {
+            return String::new();
+        }
+        let told = |set: &[usize]| {
+            let names = set.iter().take(NUMBERED);
+            let mut names: Vec<String> = names
+                .map(|state| format!("m{state} is {}", rows[*state] + 1))
+                .collect();
+            if set.len() > NUMBERED {
+                names.push(format!("{} more", set.len() - NUMBERED));
+            }
+            names.join(", ")
+        };
+        format!(
+            "\nThe tree numbers minima by energy, and min.data by its lines, counted from 1. From: {}. To: {}.\n",
+            told(self.sources),
+            told(self.targets)
+        )
     }
 
     fn friction(&self) -> Option<f64> {
@@ -190,6 +215,7 @@ impl<'a> Kinetics<'a> {
                 as_given(friction)
             ),
         };
+        text.push_str(&self.numbers());
         text.push_str(
             "\n| kT | p(from) | p(to) | rate there | mean time there | steady-state rate | rate back | mean time back |\n\
              |---|---|---|---|---|---|---|---|\n",
@@ -253,6 +279,9 @@ impl<'a> Kinetics<'a> {
         printable(&text, &['\n', '\t']).into_owned()
     }
 }
+
+/// Greatest number of minima of a set whose numbers in `min.data` the text tells; JSON holds all.
+const NUMBERED: usize = 12;
 
 /// A few minima by name, many by number.
 fn named(set: &[usize]) -> String {

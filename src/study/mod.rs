@@ -165,7 +165,7 @@ pub use level::{GROUP_LEVEL, GroupLevel};
 pub use minimax_path::{MinimaxPath, Waypoint};
 pub use minimum_values::MinimumValues;
 pub use names::{GraspSetting, MinimumName};
-pub use network_of_states::NetworkOfStates;
+pub use network_of_states::{NetworkOfStates, NumberedMinima};
 pub use page::{PageGrasps, PageLandscape, grasp_page, landscape_page};
 pub use report::GraspReport;
 pub use searched::{Searched, SurfaceSearch};

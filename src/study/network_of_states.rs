@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::error::StudyError;
-use crate::store::{LandscapeFiles, StationaryRow, StoreError};
+use crate::store::{LandscapeFiles, Manifest, StationaryRow, StoreError};
 use crate::topography::exchange::{Database, Vibrations};
 use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree, Verdict};
 
@@ -23,6 +23,8 @@ pub struct NetworkOfStates {
     pub name: String,
     /// The minima in ascending order of energy, so that minimum i is m*i* of the landscape, and the transition states.
     pub database: Database,
+    /// The row of each minimum in `min.data`, counted from 0.
+    pub rows: Vec<usize>,
     /// The lowest connection of each pair.
     pub network: Network,
     /// The evidence for each connection: [`Evidence::Saddle`] if this program searched the landscape, otherwise
@@ -39,10 +41,41 @@ pub struct NetworkOfStates {
     pub notes: Vec<String>,
 }
 
+/// Why a text is no list of minima ([`NetworkOfStates::minima_of`]).
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum NumberedMinima {
+    /// The text is empty.
+    #[error(
+        "it is empty; its first line is how many minima it lists, and the numbers of these follow"
+    )]
+    Empty,
+    /// A word is no whole number.
+    #[error("`{0}` is no number of a minimum")]
+    NoNumber(String),
+    /// There are fewer or more numbers than the text says.
+    #[error(
+        "its first line says {told} minima, and {found} numbers follow; one or more are needed, as many as it says"
+    )]
+    Count {
+        /// The first number.
+        told: usize,
+        /// How many numbers follow.
+        found: usize,
+    },
+    /// No minimum has the number.
+    #[error("there is no minimum {number}: min.data holds {count} minima, counted from 1")]
+    NoSuchMinimum {
+        /// The number.
+        number: usize,
+        /// Number of minima.
+        count: usize,
+    },
+}
+
 impl NetworkOfStates {
     /// Reads a folder. If the folder is a landscape of `landscape surface`, its `stationary.parquet` adds the number of
     /// vibrational modes, the negative curvatures, and which points are not isolated. `min.data` and `ts.data` do not hold
-    /// these.
+    /// these. If `groups` names no barrier, that of the landscape's own groups holds.
     ///
     /// # Errors
     /// If a file is missing or damaged (the manifest, if there is one, too), or if it holds no vibrational data (`min.data`
@@ -71,25 +104,71 @@ impl NetworkOfStates {
         let before = database.transition_states.len();
         (database.transition_states).retain(|state| state.vibrations.is_some());
         let left_out = before - database.transition_states.len();
+        let rows = database.rows_by_energy();
         let database = database.by_energy();
-        // Of our own connections, only verified saddles have curvatures.
-        let evidence = if is_own(folder)? {
+        let manifest = manifest(folder)?;
+        // What was imported says so. Tables do not tell whether this program searched a landscape: which of them there are
+        // depends on how it did. Of our own connections, only verified saddles have curvatures.
+        let is_own = |manifest: &Manifest| manifest.energy.get("imported").is_none();
+        let evidence = if manifest.as_ref().is_some_and(is_own) {
             Evidence::Saddle
         } else {
             Evidence::Given
+        };
+        let groups = GroupSettings {
+            barrier: (groups.barrier).or_else(|| manifest?.group_barrier),
+            ..groups.clone()
         };
         let network = network_of(&database, evidence);
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
         Ok(Self {
             name: name.strip_suffix(".landscape").unwrap_or(&name).to_owned(),
             tree: Tree::from_network(&network, Evidence::Chain),
-            groups: Groups::new(&network, groups),
+            groups: Groups::new(&network, &groups),
             database,
+            rows,
             network,
             evidence,
             left_out,
             notes,
         })
+    }
+
+    /// The minima whose numbers the text holds, ascending, each once: `min.A` or `min.B` of PATHSAMPLE, which begins with how many
+    /// there are and counts minima from 1 in the order of `min.data`.
+    ///
+    /// # Errors
+    /// If the text holds another word than a number, another number of minima than it says, or a number that no minimum has.
+    pub fn minima_of(&self, text: &str) -> Result<Vec<usize>, NumberedMinima> {
+        let numbers = text.split_whitespace().map(|word| {
+            let number = word.parse::<usize>().ok();
+            number.ok_or_else(|| NumberedMinima::NoNumber(word.to_owned()))
+        });
+        let numbers = numbers.collect::<Result<Vec<usize>, _>>()?;
+        let Some((count, numbers)) = numbers.split_first() else {
+            return Err(NumberedMinima::Empty);
+        };
+        if *count != numbers.len() || numbers.is_empty() {
+            return Err(NumberedMinima::Count {
+                told: *count,
+                found: numbers.len(),
+            });
+        }
+        let mut place = vec![0; self.rows.len()];
+        for (minimum, row) in self.rows.iter().enumerate() {
+            place[*row] = minimum;
+        }
+        let minima = numbers.iter().map(|number| {
+            let minimum = number.checked_sub(1).and_then(|row| place.get(row));
+            minimum.copied().ok_or(NumberedMinima::NoSuchMinimum {
+                number: *number,
+                count: place.len(),
+            })
+        });
+        let mut minima = minima.collect::<Result<Vec<usize>, _>>()?;
+        minima.sort_unstable();
+        minima.dedup();
+        Ok(minima)
     }
 
     /// The network of the same states with free energies.
@@ -130,12 +209,11 @@ fn network_of(database: &Database, evidence: Evidence) -> Network {
     network
 }
 
-/// Whether this program searched the landscape. What was imported says so in its manifest, and texts of other programs have no
-/// manifest. Tables do not tell: which of them there are depends on how a landscape was searched.
-fn is_own(folder: &Path) -> Result<bool, StoreError> {
+/// The manifest of a landscape of this program; texts of other programs have none.
+fn manifest(folder: &Path) -> Result<Option<Manifest>, StoreError> {
     match LandscapeFiles::manifest(folder) {
-        Ok(manifest) => Ok(manifest.energy.get("imported").is_none()),
-        Err(StoreError::Unfinished(_)) => Ok(false),
+        Ok(manifest) => Ok(Some(manifest)),
+        Err(StoreError::Unfinished(_)) => Ok(None),
         Err(error) => Err(error),
     }
 }
@@ -271,6 +349,29 @@ mod tests {
     }
 
     #[test]
+    fn numbers_of_pathsample_follow_min_data() {
+        let place = tempfile::tempdir().unwrap();
+        let minima = "3 2 1 0 0 0\n1 2 1 0 0 0\n2 2 1 0 0 0\n";
+        std::fs::write(place.path().join("min.data"), minima).unwrap();
+        std::fs::write(place.path().join("ts.data"), "").unwrap();
+        let states = NetworkOfStates::open(place.path(), &GroupSettings::default()).unwrap();
+        assert_eq!(states.rows, [1, 2, 0]);
+        assert_eq!(states.minima_of("2\n1\n2\n"), Ok(vec![0, 2]));
+        assert_eq!(states.minima_of(" 3\n 3 3\n2"), Ok(vec![0, 1]));
+        for (wrong, said) in [
+            ("", "empty"),
+            ("1\n0\n", "no minimum 0"),
+            ("1\n4\n", "no minimum 4: min.data holds 3"),
+            ("2\n1\n", "says 2 minima, and 1 numbers follow"),
+            ("0\n", "one or more"),
+            ("1\nm1\n", "`m1` is no number"),
+        ] {
+            let told = states.minima_of(wrong).unwrap_err().to_string();
+            assert!(told.contains(said), "{told}");
+        }
+    }
+
+    #[test]
     fn a_known_product_of_1_of_an_earlier_version_is_kept() {
         let minima = "0 1 1 0 0 0\n1 1 1 0 0 0\n";
         let (mut database, _) = Database::parse(minima, "2 0 1 1 2 0 0 0\n").unwrap();
@@ -296,6 +397,7 @@ mod tests {
             if let Some(energy) = energy {
                 let manifest = Manifest {
                     energy,
+                    group_barrier: Some(1.5),
                     ..Manifest::default()
                 };
                 let folder = AtomicFolder::open(&path, false).unwrap();
@@ -315,6 +417,15 @@ mod tests {
             let networks = [&states.network, &free];
             let [told, of_free] = networks.map(|network| network[EdgeIndex::new(0)].evidence);
             assert_eq!(told, of_free);
+            // The groups are those that the landscape records. The pass lies 1 above the higher minimum.
+            let recorded = path.join("landscape.json").is_file();
+            assert_eq!(states.groups.members.len() == 1, recorded, "{name}");
+            let none = GroupSettings {
+                barrier: Some(0.5),
+                ..GroupSettings::default()
+            };
+            let parted = NetworkOfStates::open(&path, &none).unwrap();
+            assert_eq!(parted.groups.members.len(), 2, "{name}");
             told
         };
         let own = json!({ "surface": "muller-brown" });

@@ -354,7 +354,8 @@ impl SurfaceReport<'_> {
         if minima + saddles > 0 {
             warnings.push(format!(
                 "{minima} minima and {saddles} saddles are not isolated (`degenerate` in the tables): each stands for a ring, \
-                 a trough or a plateau, whose points of one energy are counted once"
+                 a trough or a plateau. Separate ones of one energy are told apart only if descents from between them end on both \
+                 sides of a ridge, so that some may have been counted as one"
             ));
         }
         let [minima, saddles] = self.on_faces();
@@ -367,7 +368,8 @@ impl SurfaceReport<'_> {
         warnings.extend(no_minima(self.found));
         if components > 1 && self.lowest.is_none() {
             warnings.push(format!(
-                "no saddle was found between {components} groups of minima"
+                "no saddle was found between {components} groups of minima. A ridge where two pieces of the energy meet in a \
+                 kink has none that can be verified, and neither has a jump or a gap of the domain; otherwise one is missing"
             ));
         }
         warnings
@@ -464,13 +466,11 @@ impl SurfaceReport<'_> {
                 found.minima.len() - coverage.undrawn,
             ),
             format!(
-                "- saddles: {} met once, {} twice, {} only by a path between two minima; the next search that ends at a saddle \
-                 ends at a new one with a chance of {:.2} % (Good and Turing), at most {:.2} % (95 % limit)",
+                "- saddles: {} met once, {} twice, {} only by a path between two minima; {}",
                 coverage.once,
                 coverage.twice,
                 coverage.joined,
-                100.0 * coverage.chance_of_news,
-                100.0 * coverage.chance_of_news_below
+                chance_of_news(coverage)
             ),
             format!("- completeness: {}", completeness(coverage)),
             format!("- ends of searches: {}", spell(&ends_of_searches(found))),
@@ -594,16 +594,20 @@ fn completeness(coverage: &Coverage) -> String {
             coverage.planned
         );
     }
-    let unseen = format!(
-        "at least {:.*} (Chao) more saddles are to be expected, and the minima behind them; {}",
-        usize::from(coverage.unseen < 10.0),
-        coverage.unseen,
-        coverage.unseen_below.map_or_else(
-            || "there is no useful upper limit".to_owned(),
-            |bound| format!("at most {bound} (95 % limit)")
+    let unseen = coverage.unseen.map(|least| {
+        format!(
+            "at least {least:.*} (Chao) more saddles are to be expected, and the minima behind them; {}",
+            usize::from(least < 10.0),
+            coverage.unseen_below.map_or_else(
+                || "there is no useful upper limit".to_owned(),
+                |bound| format!("at most {bound} (95 % limit)")
+            )
         )
-    );
-    let doubted = |reason: &str| format!("nothing is claimed, since {reason}; {unseen}");
+    });
+    let doubted = |reason: &str| match &unseen {
+        Some(unseen) => format!("nothing is claimed, since {reason}; {unseen}"),
+        None => format!("nothing is claimed, since {reason}"),
+    };
     match coverage.doubt {
         Some(Doubt::Stopped) => doubted("the search was stopped"),
         Some(Doubt::Sampled) => doubted("only the lowest part of the landscape was searched"),
@@ -620,8 +624,25 @@ fn completeness(coverage: &Coverage) -> String {
             format!("**99 % sure** of all minima and saddles, {limits}")
         }
         None if coverage.sure >= 0.95 => format!("95 % sure of all minima and saddles, {limits}"),
-        None => format!("{unseen} (--patience looks longer)"),
+        None => format!(
+            "{} (--patience looks longer)",
+            unseen.unwrap_or_else(
+                || "nothing is claimed, since no search ended at a saddle".to_owned()
+            )
+        ),
     }
+}
+
+fn chance_of_news(coverage: &Coverage) -> String {
+    if coverage.arrived == 0 {
+        return "no search ended at a saddle, so that nothing is known of the next one".to_owned();
+    }
+    format!(
+        "the next search that ends at a saddle ends at a new one with a chance of {:.2} % (Good and Turing), at most {:.2} % (95 % \
+         limit)",
+        100.0 * coverage.chance_of_news,
+        100.0 * coverage.chance_of_news_below
+    )
 }
 
 pub(super) fn ends_of_searches(found: &Exploration) -> Vec<(String, usize)> {

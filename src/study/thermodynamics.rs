@@ -11,7 +11,9 @@ use super::network_of_states::NetworkOfStates;
 use crate::figure::chart::{Axis, Chart, Mark, Panel, Series};
 use crate::figure::{MAKER, leaves_of};
 use crate::printable::printable;
-use crate::thermal::{Funnels, SAME, Superposition, frustration, range_of_energies, superbasins};
+use crate::thermal::{
+    Funnels, SAME, Superposition, count_superbasins, frustration, range_of_energies, superbasins,
+};
 use crate::topography::exchange::Database;
 use crate::topography::{Evidence, Groups, Tree};
 
@@ -263,11 +265,9 @@ impl<'a> Thermodynamics<'a> {
         let low = energies().fold(f64::INFINITY, f64::min);
         let high = energies().fold(f64::NEG_INFINITY, f64::max);
         let levels = (0..=LEVELS).map(|k| low + (high - low) * k as f64 / LEVELS as f64);
-        let count = |energy| {
-            let last = superbasins(tree, energy).into_iter().flatten().max();
-            last.map_or(0, |last| last + 1)
-        };
-        levels.map(|energy| (energy, count(energy))).collect()
+        levels
+            .map(|energy| (energy, count_superbasins(tree, energy)))
+            .collect()
     }
 
     /// Superbasins whose occupation is notable somewhere, the most occupied first, at most [`DRAWN`].

@@ -17,7 +17,7 @@ mod rates;
 mod superposition;
 
 pub use elimination::Unreachable;
-pub use measures::{Funnels, SAME, frustration, range_of_energies, superbasins};
+pub use measures::{Funnels, SAME, count_superbasins, frustration, range_of_energies, superbasins};
 pub use pathways::Pathway;
 pub use rates::{Between, Dynamics, RateNetwork, SetRates};
 pub use superposition::{Missing, Superposition};

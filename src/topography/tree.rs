@@ -113,6 +113,32 @@ impl Tree {
         self.joint(a, b).map(|node| self.nodes[node.0].energy)
     }
 
+    /// The lowest height at which each minimum is connected to `end`, as in [`Tree::minimax`]; `None` if never. One pass down
+    /// the tree.
+    ///
+    /// # Panics
+    /// If `end` is not in the tree.
+    pub fn heights_to(&self, end: MinimumId) -> Vec<Option<f64>> {
+        let mut above_end = vec![false; self.nodes.len()];
+        let mut node = Some(NodeId(end.0));
+        while let Some(NodeId(number)) = node {
+            above_end[number] = true;
+            node = self.nodes[number].parent;
+        }
+        let mut heights = vec![None; self.nodes.len()];
+        // Parents have larger numbers than their children.
+        for (number, node) in self.nodes.iter().enumerate().rev() {
+            heights[number] = if above_end[number] {
+                Some(node.energy)
+            } else {
+                node.parent.and_then(|parent| heights[parent.0])
+            };
+        }
+        let leaves = self.nodes.iter().take_while(|node| node.minimum.is_some());
+        heights.truncate(leaves.count());
+        heights
+    }
+
     /// The lowest common ancestor of two minima, by walking up; `None` in separate trees. For many pairs see [`Ancestors`].
     ///
     /// # Panics
@@ -414,6 +440,10 @@ pub(super) mod tests {
             let tree = Tree::from_network(&network, Evidence::Chain);
             let best = brute_force(&network);
             for (i, row) in best.iter().enumerate() {
+                let walked: Vec<_> = (0..row.len())
+                    .map(|j| tree.minimax(MinimumId(j), MinimumId(i)))
+                    .collect();
+                prop_assert_eq!(tree.heights_to(MinimumId(i)), walked);
                 for (j, expected) in row.iter().enumerate() {
                     let found = tree.minimax(MinimumId(i), MinimumId(j)).unwrap_or(f64::INFINITY);
                     prop_assert!((found.is_infinite() && expected.is_infinite()) || (found - expected).abs() < 1e-7, "{i} {j}: {found} {expected}");

@@ -53,6 +53,21 @@ fn a_budget_ends_at_a_batch_that_can_be_repeated() {
         let said = desk.mistake(&["lj", "6", &format!("--budget={wrong}")]);
         assert!(said.contains("--budget"), "{said}");
     }
+    let said = desk.mistake(&["lj", "6", "--budget", "0s"]);
+    assert!(said.contains("1e8 s") && !said.contains("  "), "{said}");
+}
+
+#[test]
+fn a_number_of_minima_that_is_not_used_is_told() {
+    let desk = Desk::new();
+    let said = |more: &[&str]| {
+        let output = desk.run(&[&["muller-brown", "--lowest", "5", "--no-report"], more].concat());
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let note = "--lowest 5 was not used, because everything is searched for";
+    assert!(said(&[]).contains(note));
+    assert!(!said(&["--search", "lowest"]).contains(note));
 }
 
 #[test]

@@ -373,6 +373,21 @@ fn rings_and_kinks_are_told() {
     let said = desk.mistake(&[&["--command", &cusp, "-o", "cusp", "-q"][..], &arguments].concat());
     assert!(said.contains("found no minimum"), "{said}");
     assert!(said.contains("bottom of a kink"), "{said}");
+    let ridge = program(
+        &desk,
+        "ridge.py",
+        "s = 1 if x > -0.075 else -1\nenergy = (x - s) ** 2 + y * y + (0.3 if s < 0 else 0)\ngradient = [2 * (x - s), 2 * y]",
+    );
+    let said = desk.succeed(&[&["--command", &ridge, "-o", "ridge"][..], &arguments].concat());
+    for part in [
+        "joined to the others by no saddle\n",
+        "no search ended at a saddle",
+        "two pieces of the energy meet in a kink",
+    ] {
+        assert!(said.contains(part), "`{part}` is missing in: {said}");
+    }
+    let told = fs::read_to_string(desk.path("ridge/landscape.json")).unwrap();
+    assert!(told.contains("\"unseen_below\": null"), "{told}");
 }
 
 #[test]

@@ -46,7 +46,7 @@ impl Found {
         let found = explore(&energy, &draw, &settings, &Run::default()).unwrap();
         let landscape = found.landscape(&energy, &GroupSettings::default());
         let mapped = Self::mapped(&landscape, &energy, units);
-        let complete = found.coverage.unseen < 0.5;
+        let complete = found.coverage.unseen.is_some_and(|least| least < 0.5);
         Self {
             claims: format!("{}, complete: {complete}", mapped.claims),
             details: format!(

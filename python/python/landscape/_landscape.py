@@ -528,8 +528,8 @@ class Landscape:
         Parameters
         ----------
         from_, to
-            Minima where ways start and where they arrive: numbers, or names of minima and groups such as ``"m3"`` and
-            ``"g1"``.
+            Minima where ways start and where they arrive: numbers, names of minima and groups such as ``"m3"`` and
+            ``"g1"``, or the path of a file such as ``min.A`` of PATHSAMPLE.
         temperature
             One or several temperatures kT, in units of the energy.
         friction

@@ -17,7 +17,7 @@ use super::args::{Again, Common, GroupBarrier, Paths, WithPage, within};
 use super::output::check_place;
 use super::run::{Unfinished, Watch, check_resumable};
 use super::{interruption, report};
-use crate::cli::printing::{explain, print_landscapes};
+use crate::cli::printing::{complain, explain, print_landscapes};
 use crate::energy::model::MODELS;
 use crate::energy::{Counted, Energy, External, InBox, Protocol, model};
 use crate::limits::SEARCHES;
@@ -428,7 +428,7 @@ fn map(
     };
     let mut groups = configuration.groups(GroupSettings::default())?;
     groups.barrier = command.groups.group_barrier.or(groups.barrier);
-    explain(|| sought_for(lowest.as_ref(), probed));
+    tell_what_is_sought(command, common, lowest.as_ref(), probed);
     // The usual limit decides what is searched for, and an interrupted run may go on with a time or without.
     let settings = command.without_limit(settings, configuration);
     let search = SurfaceSearch {
@@ -496,6 +496,19 @@ fn searching(
         )
     });
     Ok(settings)
+}
+
+/// What is searched for, if the user wants to know, and what of the command line has no effect on it.
+fn tell_what_is_sought(
+    command: &Surface,
+    common: &Common,
+    lowest: Option<&LowestSettings>,
+    probed: u64,
+) {
+    explain(|| sought_for(lowest, probed));
+    if let (Some(note), false) = (command.extent.unused(lowest.is_none()), common.quiet) {
+        complain(&note);
+    }
 }
 
 /// What is searched for, in a sentence.

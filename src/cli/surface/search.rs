@@ -19,7 +19,8 @@ pub(super) struct Extent {
     /// What to search for: everything, or the lowest minima and the lowest ways between them.
     #[arg(long, value_enum, default_value_t)]
     search: Kind,
-    /// How many of the lowest minima are to be joined if only these are sought; 150 by default.
+    /// How many of the lowest minima are to be joined if only these are sought; 150 by default. A note tells if all are sought,
+    /// so that this was not used; `--search lowest` seeks only these.
     #[arg(long, value_name = "N")]
     lowest: Option<usize>,
     /// Stop after this time, such as 90s, 10m or 1h30m, with what was found. Without a number of searches (`--searches`, or
@@ -49,6 +50,15 @@ impl Extent {
     /// Greatest time of the search.
     pub(super) const fn budget(&self) -> Option<Duration> {
         self.budget
+    }
+
+    /// A sentence if `--lowest` was given to a search for everything.
+    pub(super) fn unused(&self, everything: bool) -> Option<String> {
+        let lowest = self.lowest.filter(|_| everything)?;
+        Some(format!(
+            "note: --lowest {lowest} was not used, because everything is searched for (--search lowest searches only for the \
+             lowest part)"
+        ))
     }
 
     pub(super) fn checked(&self) -> anyhow::Result<()> {

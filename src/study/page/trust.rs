@@ -165,7 +165,7 @@ fn searched(manifest: &Manifest) -> Option<Statement> {
         long: format!(
             "{searches} searches were made, and the last new minimum or saddle came with search {last_new}. {once} saddles \
              were met only once.{}{}",
-            if coverage["planned"].as_u64().unwrap_or(0) > 0 {
+            if coverage["planned"].as_u64().unwrap_or(0) > 0 || coverage["arrived"] == 0 {
                 String::new()
             } else {
                 format!(

@@ -199,7 +199,8 @@ impl Database {
         }
     }
 
-    fn rows_by_energy(&self) -> Vec<usize> {
+    /// The present row of each minimum of [`Database::by_energy`].
+    pub fn rows_by_energy(&self) -> Vec<usize> {
         let mut rows: Vec<usize> = (0..self.minima.len()).collect();
         rows.sort_by(|a, b| {
             let [one, other] = [a, b].map(|row| self.minima[*row].energy);

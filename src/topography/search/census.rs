@@ -1,6 +1,7 @@
 //! The distinct minima and saddles found so far, and how often each saddle was met.
 
 use super::coverage::{Counts, Coverage, Doubt};
+use super::flat::{Bottom, same_bottom};
 use super::outcome::{Outcome, SearchEnd};
 use super::{Exploration, SearchSettings};
 use crate::energy::Energy;
@@ -63,6 +64,16 @@ pub(super) struct Known {
     pub(super) modes: Vec<Vec<f64>>,
     audit: Audit,
     draws: Vec<usize>,
+}
+
+impl Known {
+    fn bottom(&self) -> Bottom<'_> {
+        Bottom {
+            x: &self.x,
+            energy: self.energy,
+            audit: &self.audit,
+        }
+    }
 }
 
 /// How a saddle was found.
@@ -162,21 +173,24 @@ impl Census {
             .find(|k| space.within(&self.minima[*k].x, x, self.sameness.distance))
     }
 
-    /// The known minimum at `x`; a new one that passes its audit is added. All points of a ring, trough or plateau with the
-    /// same energy are represented by the one found first.
+    /// The known minimum at `x`; a new one that passes its audit is added. All points of a flat bottom are represented by the
+    /// one found first ([`same_bottom`]).
     fn minimum(&mut self, energy: &dyn Energy, x: &[f64], height: f64) -> Option<usize> {
         let known = self.minimum_at(energy.space(), x, height);
         if known.is_some() {
             return known;
         }
         let audit = self.passed(energy, x, 0)?;
-        if audit.verdict == Verdict::Degenerate {
-            let of_its_set = self.by_energy[0]
-                .near(height, self.sameness.energy)
-                .find(|k| self.minima[*k].audit.verdict == Verdict::Degenerate);
-            if of_its_set.is_some() {
-                return of_its_set;
-            }
+        let alike = self.by_energy[0].near(height, self.sameness.energy);
+        let alike = alike.map(|k| (k, self.minima[k].bottom()));
+        let new = Bottom {
+            x,
+            energy: height,
+            audit: &audit,
+        };
+        let of_its_set = same_bottom(energy, &new, alike, &self.audit);
+        if of_its_set.is_some() {
+            return of_its_set;
         }
         let piece = Piece::new(energy, Vec::new());
         let modes = piece.modes(x, self.audit.difference)?.tangents;
@@ -310,9 +324,11 @@ impl Census {
             return SearchEnd::Index;
         };
         if audit.verdict == Verdict::Degenerate {
-            let of_its_set = self.by_energy[1]
-                .near(height, self.sameness.energy)
-                .find(|k| self.saddles[*k].audit.verdict == Verdict::Degenerate);
+            let joins = |ends: [usize; 2]| ends == [from, to] || ends == [to, from];
+            let of_its_set = (self.by_energy[1].near(height, self.sameness.energy)).find(|k| {
+                let saddle = &self.saddles[*k];
+                saddle.audit.verdict == Verdict::Degenerate && joins(saddle.ends)
+            });
             if let Some(known) = of_its_set {
                 self.saddles[known].hits += hits;
                 return SearchEnd::Arrived;

@@ -23,6 +23,14 @@ pub enum Doubt {
     Unfinished,
 }
 
+impl Doubt {
+    /// Whether the numbers of hits still bound the number of unseen saddles. Where minima are apart, a saddle is surely
+    /// missing, however often the others were met.
+    const fn leaves_bounds(self) -> bool {
+        matches!(self, Self::Stopped | Self::Sampled)
+    }
+}
+
 /// Completeness of the minima and saddles of a search, estimated from how often each saddle was met.
 ///
 /// Every minimum joined to a known one lies behind a saddle, so statements about saddles cover minima too.
@@ -73,10 +81,12 @@ pub struct Coverage {
     /// Its upper 95 % limit, at most 1, with a Poisson distribution of the number met once (3 / arrived if that is 0); 1 while
     /// searches are planned.
     pub chance_of_news_below: f64,
-    /// Chao's lower bound of the number of unseen saddles ([`Rarefaction`](crate::topography::Rarefaction)).
-    pub unseen: f64,
-    /// Upper 95 % limit of the number of unseen saddles; `None` if it is above 1000 and above 20 times the number met, or if
-    /// searches are planned.
+    /// Chao's lower bound of the number of unseen saddles ([`Rarefaction`](crate::topography::Rarefaction)). `None` if numbers
+    /// of hits tell nothing of it: if some minima are joined by no saddle, if points or ends of descents are not isolated
+    /// minima, or if saddles were found only by paths.
+    pub unseen: Option<f64>,
+    /// Upper 95 % limit of the number of unseen saddles; `None` as well if it is above 1000 and above 20 times the number met,
+    /// or if searches are planned.
     pub unseen_below: Option<usize>,
     /// Probability that no saddle, and so no minimum, is unseen; 0 if there is a doubt.
     pub sure: f64,
@@ -138,6 +148,8 @@ impl Coverage {
         // Each climb along a mode is made carefully and boldly, which meets the same saddle twice.
         let finished = counts.planned == 0;
         let news = (poisson_limit(once) / arrived.max(1) as f64).min(1.0);
+        let counts_tell = counts.doubt.is_none_or(Doubt::leaves_bounds)
+            && (arrived > 0 || counts.hits.is_empty());
         Self {
             searches: counts.searches,
             arrived,
@@ -151,8 +163,8 @@ impl Coverage {
             undrawn: counts.draws.iter().filter(|draws| **draws == 0).count(),
             chance_of_news: once as f64 / arrived.max(1) as f64,
             chance_of_news_below: if finished { news } else { 1.0 },
-            unseen: unseen(arrived, once, twice),
-            unseen_below: finished.then(|| law.bound(most)).flatten(),
+            unseen: counts_tell.then(|| unseen(arrived, once, twice)),
+            unseen_below: (finished && counts_tell).then(|| law.bound(most)).flatten(),
             sure: if counts.doubt.is_none() { sure } else { 0.0 },
             doubt: counts.doubt,
         }
@@ -388,15 +400,13 @@ mod tests {
     fn singletons_are_no_ground_for_a_claim() {
         let found = coverage(&[1, 1, 1, 2, 1, 3, 1, 8]);
         assert!(found.sure < 0.3, "{found:?}");
-        assert!(found.unseen > 2.0 && found.unseen_below.is_none_or(|bound| bound > 4));
+        assert!(found.unseen.unwrap() > 2.0);
+        assert!(found.unseen_below.is_none_or(|bound| bound > 4));
         let many = coverage(&[1, 2, 3, 1, 1, 4].repeat(500));
         assert_eq!(many.unseen_below, None, "{many:?}");
         let some = coverage(&[1, 2, 2, 3, 4, 5, 6, 8].repeat(50));
-        let bound = some.unseen_below.unwrap() as f64;
-        assert!(
-            some.unseen < bound && bound < 20.0 * some.unseen,
-            "{some:?}"
-        );
+        let (least, bound) = (some.unseen.unwrap(), some.unseen_below.unwrap() as f64);
+        assert!(least < bound && bound < 20.0 * least, "{some:?}");
         // If every saddle was met once, no bound can be given.
         assert_eq!(coverage(&[1; 2000]).unseen_below, None);
         // A saddle that no search met lowers the certainty.
@@ -465,5 +475,14 @@ mod tests {
             doubt: Some(Doubt::Apart),
         });
         assert!(found.sure.abs() < 1e-15);
+        // At least one is missing, whatever was met.
+        assert_eq!((found.unseen, found.unseen_below), (None, None));
+    }
+
+    #[test]
+    fn saddles_that_no_search_met_bound_nothing() {
+        let found = coverage(&[0, 0]);
+        assert_eq!((found.arrived, found.joined), (0, 2));
+        assert_eq!((found.unseen, found.unseen_below), (None, None));
     }
 }

@@ -6,6 +6,7 @@
 
 mod census;
 mod coverage;
+mod flat;
 mod funnels;
 mod join;
 mod landscape;
@@ -71,7 +72,8 @@ pub struct Exploration {
 /// distance modulo the symmetry of the space. The search ends when `patience` searches for every point found brought
 /// nothing new. Minima that no saddle joins are then joined by relaxed paths if possible, and the search continues from
 /// what those find. No expected number of points is used. Rings, troughs and plateaus consist of points that are not
-/// isolated; they are represented by the first point found at each energy.
+/// isolated; each is represented by the first point found. Two of one energy are apart if descents from between their points
+/// end on both sides of a ridge. Where these descents end elsewhere, both count as one.
 ///
 /// The result depends on the settings and the seed, not on the number of threads or interruptions. An energy with discrete
 /// choices has passes on seams, which this search does not find: see [`build_landscape`](super::build_landscape).

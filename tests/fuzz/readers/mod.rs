@@ -22,8 +22,9 @@ use landscape::store::exchange::{self, JointColumns, Mapping};
 use landscape::store::{
     GraspFile, Journal, LandscapeFiles, Overrides, StationaryRow, read_attempts,
 };
+use landscape::study::NetworkOfStates;
 use landscape::topography::exchange::{Database, points, points_of_text, read_points};
-use landscape::topography::{Evidence, Tree};
+use landscape::topography::{Evidence, GroupSettings, Tree};
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 use parquet::file::metadata::KeyValue;
@@ -183,6 +184,7 @@ pub(crate) fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
         ),
         ("journal", vec![journal()], read_journal),
         ("exchange", vec![text(EXCHANGE)], minima),
+        ("sets_of_minima", vec![b"2\n1\n2\n".to_vec()], set_of_minima),
         ("points_text", vec![text(POINTS)], |bytes, _| {
             told(points_of_text(bytes))
         }),
@@ -331,6 +333,14 @@ fn read_journal(bytes: &[u8], folder: &Path) -> Result<(), String> {
         "the journal went on"
     );
     Ok(())
+}
+
+/// A set of minima of a landscape.
+fn set_of_minima(bytes: &[u8], folder: &Path) -> Result<(), String> {
+    fs::write(folder.join("min.data"), "0 2 1 0 0 0\n1 2 1 0 0 0\n").unwrap();
+    fs::write(folder.join("ts.data"), "").unwrap();
+    let states = NetworkOfStates::open(folder, &GroupSettings::default()).unwrap();
+    told(states.minima_of(&String::from_utf8_lossy(bytes)))
 }
 
 /// The two files are one text, split at its middle. The tree is built as well.

@@ -4,12 +4,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::energy::Energy;
 use crate::space::Space;
-use crate::topography::audit::{Audit, AuditSettings, Verdict, examine};
+use crate::topography::audit::{Audit, AuditSettings, examine};
 use crate::topography::journal::bits;
 use crate::topography::minima::MatchTolerance;
 use crate::topography::path::Path;
 use crate::topography::search::Refused;
 use crate::topography::search::census::Shelf;
+use crate::topography::search::flat::{Bottom, same_bottom};
 
 /// Number of nearest minima, by landmarks, that each minimum remembers.
 const NEIGHBOURS: usize = 12;
@@ -28,6 +29,16 @@ pub(super) struct Site {
     pub(super) news: usize,
     /// Numbers of the nearest minima, by landmarks, with the lower bound of the distance; nearest first.
     pub(super) neighbours: Vec<(f64, usize)>,
+}
+
+impl Site {
+    fn bottom(&self) -> Bottom<'_> {
+        Bottom {
+            x: &self.x,
+            energy: self.energy,
+            audit: &self.audit,
+        }
+    }
 }
 
 /// A saddle.
@@ -138,12 +149,15 @@ impl<'a> Pool<'a> {
         if let Some(known) = self.site(&found.x, found.energy) {
             return known;
         }
-        if found.audit.verdict == Verdict::Degenerate {
-            let of_its_set = (self.by_energy[0].near(found.energy, self.sameness.energy))
-                .find(|k| self.sites[*k].audit.verdict == Verdict::Degenerate);
-            if let Some(known) = of_its_set {
-                return known;
-            }
+        let alike = self.by_energy[0].near(found.energy, self.sameness.energy);
+        let alike = alike.map(|k| (k, self.sites[k].bottom()));
+        let new = Bottom {
+            x: &found.x,
+            energy: found.energy,
+            audit: &found.audit,
+        };
+        if let Some(known) = same_bottom(self.energy, &new, alike, &self.audit) {
+            return known;
         }
         let landmarks = self.space().landmarks(&found.x);
         let number = self.sites.len();
