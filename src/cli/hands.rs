@@ -517,8 +517,9 @@ mod tests {
         let notes = expense(&hand, hand.balls());
         let balls = format!("{} balls", hand.balls().len());
         assert!(notes[0].contains(&balls), "{notes:?}");
-        let note = &expense(&hand, &[])[0];
-        assert_eq!(notes[1..], [note.clone()]);
+        let without_layer = expense(&hand, &[]);
+        assert_eq!(notes[1..], without_layer);
+        let note = &without_layer[0];
         let pairs = format!("{} pairs", hand.self_pairs.len());
         assert!(
             note.contains(&pairs) && note.contains("link \"palm\" alone"),

@@ -172,13 +172,7 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
                 .chain(of_object.cloned())
                 .collect::<Vec<_>>(),
         );
-        // Balls are made only for an energy that needs them.
-        let balls = if energy.layer().spheres.is_empty() {
-            &[]
-        } else {
-            energy.hand().balls()
-        };
-        input::warn(&expense(energy.hand(), balls));
+        input::warn(&expense(energy.hand(), energy.layer_balls()));
     }
     explain(|| {
         let chosen = match &command.config {

@@ -195,6 +195,9 @@ impl Views {
 
 /// Number of valleys in a disconnectivity graph that would have too many.
 const PRUNED: usize = 400;
+/// Number of levels to which the merges of such a graph are raised, unless levels are chosen: hundreds of merges in a narrow
+/// range of heights are one black area.
+const LEVELS_OF_PRUNED: usize = 40;
 
 /// Greatest number of groups that are named in pictures, as in `inspect --path g0 g4`. More names would hide the groups.
 const MOST_NAMED: usize = 60;
@@ -297,13 +300,17 @@ impl Drawing<'_> {
     /// Writes the disconnectivity graph and the barrier graph as SVG and PNG.
     fn pictures(&self, shown: &Shown<'_>, ending: &str, put: Put<'_>) -> Result<(), StudyError> {
         let (view, levels) = (self.views).of(shown.network, &shown.tree, &shown.picked);
-        let legible = at_most(&view, DisconnectivityPicture::MOST_LEAVES, PRUNED);
-        let tree = self.tree_picture(
-            shown,
-            &legible,
-            levels,
-            self.title(shown, &view, &legible, ending),
-        );
+        let mut legible = at_most(&view, DisconnectivityPicture::MOST_LEAVES, PRUNED);
+        let mut title = self.title(shown, &view, &legible, ending);
+        let mut levels = levels;
+        if levels.is_none() && legible.minima.len() < view.minima.len() {
+            levels = Levels::spanning(&legible.tree, LEVELS_OF_PRUNED);
+            if let Some(levels) = &levels {
+                legible = legible.swept(levels);
+                let _ = write!(title, ", merges raised to {LEVELS_OF_PRUNED} levels");
+            }
+        }
+        let tree = self.tree_picture(shown, &legible, levels, title);
         let most = BarrierPicture::MOST_NODES;
         let legible = at_most(&view, most, most);
         let graph = self.graph_picture(shown, &legible, self.title(shown, &view, &legible, ending));

@@ -207,7 +207,7 @@ fn a_deep_tree_is_imported_and_drawn_again() {
     let drawn = desk.text("chain.landscape/barriers_minima.svg");
     assert!(drawn.contains("500 of 50000 minima (the 500 deepest)"));
     let drawn = desk.text("chain.landscape/disconnectivity_minima.svg");
-    assert!(drawn.contains("400 of 50000 minima (the 400 deepest)"));
+    assert!(drawn.contains("400 of 50000 minima (the 400 deepest), merges raised to 40 levels"));
     desk.succeed("draw chain.landscape --lowest 30 -o view");
     assert_eq!(desk.tree("view").nodes.len(), 59);
 }

@@ -20,7 +20,7 @@ use super::grip::Grip;
 use super::layer::{Layer, LayerSettings};
 use super::term::{Alignment, Distance, Term};
 use crate::energy::{Energy, Explain, Piecewise};
-use crate::hand::Hand;
+use crate::hand::{Ball, Hand};
 use crate::object::Object;
 use crate::space::{PoseMetric, PoseSpace, Space};
 
@@ -179,6 +179,15 @@ impl GraspEnergy {
     /// The elastic layer; without spheres for an energy of contact sets.
     pub fn layer(&self) -> &Layer {
         &self.layer
+    }
+
+    /// The balls that fill the meshes of the hand; none for an energy without a layer, which does not need them.
+    pub fn layer_balls(&self) -> &[Ball] {
+        if self.layer.spheres.is_empty() {
+            &[]
+        } else {
+            self.hand.balls()
+        }
     }
 
     /// The settings.

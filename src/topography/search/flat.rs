@@ -255,7 +255,7 @@ mod tests {
         };
         let at = |turn: f64| [libm::cos(turn), libm::sin(turn)];
         assert_eq!(
-            numbers(ring, &[0.0, 0.1, 2.0, 3.1, 3.141, -1.5].map(at)),
+            numbers(ring, &[0.0, 0.1, 2.0, 3.1, 3.13, -1.5].map(at)),
             [0; 6]
         );
         let troughs = |x: f64, _: f64| {
