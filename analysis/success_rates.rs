@@ -176,7 +176,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut table = Table::read(&csv, COLUMNS)?;
     for (key, run) in &runs {
         if table.of(key).is_empty() {
-            eprintln!("{}", key);
+            eprintln!("{key}");
             for row in measure(run)? {
                 table.add(key, &row);
             }
