@@ -1,7 +1,7 @@
 //! Sixty evenly selected grasps of a file → `figures/grasp_sheet.png`
 //!
-//! `cargo run --release --example grasp_sheet [FILE [PICTURE]]`, by default data/grasps.parquet.
-//! `figures/grasp_sheets/OBJECT.png` are such sheets of other objects.
+//! `cargo run --release --example grasp_sheet [FILE [PICTURE [SIDE]]]`, by default data/grasps.parquet with pictures of 240
+//! pixels. `figures/grasp_sheets/OBJECT.png` are such sheets of other objects, of 150 pixels.
 
 use std::path::Path;
 
@@ -17,6 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
     let mut or = |default: &str| arguments.next().unwrap_or_else(|| default.to_owned());
     let (path, picture) = (or("data/grasps.parquet"), or("figures/grasp_sheet.png"));
+    let side: u32 = or("240").parse()?;
     let (file, _) = GraspFile::read(path.as_ref(), Overrides::default())?;
     let [population] = &file.landscapes()[..] else {
         return Err("grasps of one hand on one object are needed".into());
@@ -31,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .par_iter()
         .map(|grasp| {
             let scene = Scene::of_grasp(&hand, &skin, &object, &grasp.grasp);
-            scene.render(&scene.best_camera(Vector3::z()), 240, 240)
+            scene.render(&scene.best_camera(Vector3::z()), side, side)
         })
         .collect();
     let captions: Vec<String> = chosen
