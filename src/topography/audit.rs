@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::eigen::{Modes, Piece};
 use super::follow::Following;
 use super::minima::MatchTolerance;
+use super::trough::settle;
 use crate::energy::Energy;
 use crate::optimize::{QuenchSettings, quench};
 use crate::space::vector::{dot, norm, scale};
@@ -232,10 +233,13 @@ fn is_level(
             ceiling: f64::INFINITY,
             known: &|_, _| None,
         };
-        let saddle = piece
-            .follow(start, Some(&modes.tangents[0]), &following)
-            .ok()?;
-        Some((saddle.x, saddle.energy))
+        // A search for a saddle goes astray on a ring of saddles, where nothing holds it in the level direction.
+        let found = piece.follow(start, Some(&modes.tangents[0]), &following);
+        let found = found.ok().map(|saddle| (saddle.x, saddle.energy));
+        found.or_else(|| {
+            let place = settle(piece, start, reach, settings)?;
+            Some((place.x, place.energy))
+        })
     };
     let soft = SOFT * modes.stiffest();
     let as_high = |energy: f64| (energy - height).abs() <= settings.sameness.energy;

@@ -29,6 +29,7 @@ mod similarity;
 mod support;
 mod text;
 mod tree;
+mod trough;
 mod tuning;
 pub mod view;
 

@@ -7,6 +7,8 @@ use crate::energy::Energy;
 use crate::optimize::quench;
 use crate::space::vector::{add, dot, norm, scale};
 use crate::topography::audit::{Audit, AuditSettings, Verdict};
+use crate::topography::eigen::Piece;
+use crate::topography::trough::joins;
 
 /// Ends of descents where the softest curvature is below this fraction of the stiffest may lie farther from the minimum than
 /// the distance tolerance: along xⁿ the gradient is below 10⁻⁸ where the curvature is below 10⁻⁵, for n ≥ 5.
@@ -54,9 +56,9 @@ impl Bottom<'_> {
 /// numbers.
 ///
 /// Two points of flat bottoms are one minimum if the energy on the line between them does not rise above the higher one: a
-/// true minimum is the lowest point of its neighbourhood on every line. Points of rings, troughs and plateaus are also one
-/// unless descents from between them end on both sides of a ridge. These follow a bent trough; where they end elsewhere, they
-/// tell nothing.
+/// true minimum is the lowest point of its neighbourhood on every line. Points of rings, troughs and plateaus are also one if
+/// a walk along the level directions leads from one to the other, and otherwise unless descents from between them end on both
+/// sides of a ridge. Where such descents end elsewhere, they tell nothing.
 pub(super) fn same_bottom<'a>(
     energy: &dyn Energy,
     new: &Bottom<'_>,
@@ -83,9 +85,11 @@ pub(super) fn same_bottom<'a>(
         .map(|(number, bottom)| (energy.space().distance(new.x, bottom.x), *number, bottom.x))
         .collect();
     sets.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let mut sets = sets.into_iter().take(NEAREST);
-    let (_, number, _) = sets.find(|(_, _, x)| !ground.are_parted(here, x))?;
-    Some(number)
+    sets.truncate(NEAREST);
+    let joined = sets.iter().find(|(_, _, x)| ground.are_joined(here, x));
+    let unparted = || sets.iter().find(|(_, _, x)| !ground.are_parted(here, x));
+    let (_, number, _) = joined.or_else(unparted)?;
+    Some(*number)
 }
 
 /// The energy and what counts as level.
@@ -118,6 +122,14 @@ impl Ground<'_> {
             .map(|part| (part + parts / 2) % parts)
             .filter(|part| *part > 0);
         between.all(|part| height(part) <= most)
+    }
+
+    /// Whether a walk along the set of one of the points leads to the other.
+    fn are_joined(&self, (a, level): (&[f64], f64), b: &[f64]) -> bool {
+        let piece = Piece::new(self.energy, Vec::new());
+        joins(&piece, a, b, self.settings, &|x| {
+            self.is_level((x, level), (b, level))
+        })
     }
 
     /// Whether a ridge divides two points of one energy: descents from between them shorten the gap only up to a rest.
@@ -264,5 +276,47 @@ mod tests {
         };
         let points = [[1.0, 0.3], [-1.0, 0.3], [1.0, -2.0], [-1.0, 1.7]];
         assert_eq!(numbers(troughs, &points), [0, 1, 0, 1]);
+    }
+
+    #[test]
+    fn rings_around_other_basins_are_one_each() {
+        let at = |radius: f64, turn: f64| [radius * libm::cos(turn), radius * libm::sin(turn)];
+        // q (q − 2.25)² has a minimum of energy 0 in its middle, too.
+        let around = |x: f64, y: f64| {
+            let q = x * x + y * y;
+            let off = q - 2.25;
+            let slope = 2.0 * (off * off + 2.0 * q * off);
+            (q * off * off, [slope * x, slope * y])
+        };
+        let ring = [0.0, 3.1, 1.4, -2.0].map(|turn| at(1.5, turn));
+        assert_eq!(numbers(around, &ring), [0; 4]);
+        // (q − 1)² (q − 4)² has two rings of energy 0.
+        let concentric = |x: f64, y: f64| {
+            let q = x * x + y * y;
+            let (inner, outer) = (q - 1.0, q - 4.0);
+            let slope = 4.0 * inner * outer * (inner + outer);
+            (inner * inner * outer * outer, [slope * x, slope * y])
+        };
+        let rings = [(1.0, 0.0), (2.0, 0.5), (1.0, 3.0), (2.0, -2.9), (2.0, 1.7)];
+        let rings = rings.map(|(radius, turn)| at(radius, turn));
+        assert_eq!(numbers(concentric, &rings), [0, 1, 0, 1, 1]);
+    }
+
+    #[test]
+    fn a_ring_of_saddles_is_not_isolated() {
+        let energy = FunctionOn::new(Euclidean::new(2), |p: &[f64], gradient: &mut [f64]| {
+            let q = p[0] * p[0] + p[1] * p[1];
+            let off = q - 2.25;
+            let slope = 2.0 * (off * off + 2.0 * (q + 0.2) * off);
+            (gradient[0], gradient[1]) = (slope * p[0], slope * p[1]);
+            (q + 0.2) * off * off
+        });
+        let radius = (1.85_f64 / 3.0).sqrt();
+        let points: Vec<Vec<f64>> = [0.0, 0.4, 2.2, -1.0]
+            .map(|turn| vec![radius * libm::cos(turn), radius * libm::sin(turn)])
+            .into();
+        let found = audit(&energy, &points, 1, &AuditSettings::default());
+        let verdicts: Vec<Verdict> = found.iter().map(|audit| audit.verdict).collect();
+        assert_eq!(verdicts, [Verdict::Degenerate; 4]);
     }
 }
