@@ -81,6 +81,23 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// Which families have no rate, and why; empty if all have one.
+fn without_rate(families: usize, pairs: &[Pair]) -> String {
+    let joined: BTreeSet<usize> = pairs.iter().map(|pair| pair.from).collect();
+    let alone: Vec<String> = (0..families)
+        .filter(|family| !joined.contains(family))
+        .map(|family| format!("g{family}"))
+        .collect();
+    if alone.is_empty() {
+        return String::new();
+    }
+    format!(
+        "\nFamilies without a rate: {}. No verified saddle joins them to another family. Their connections are upper bounds, \
+         over which a rate would be too low, so they are in no pair of the table.\n",
+        alone.join(", ")
+    )
+}
+
 fn report(
     folder: &Path,
     files: &LandscapeFiles,
@@ -131,19 +148,7 @@ fn report(
             spearman(&barriers, &slowness)
         )?;
     }
-    let joined: BTreeSet<usize> = pairs.iter().map(|pair| pair.from).collect();
-    let alone: Vec<String> = (0..families.len())
-        .filter(|family| !joined.contains(family))
-        .map(|family| format!("g{family}"))
-        .collect();
-    if !alone.is_empty() {
-        writeln!(
-            text,
-            "\nFamilies without a rate: {}. No verified saddle joins them to another family. Their connections are upper bounds, \
-             over which a rate would be too low, so they are in no pair of the table.",
-            alone.join(", ")
-        )?;
-    }
+    text.push_str(&without_rate(families.len(), pairs));
     text.push_str("\n## Widths of basins\n\nThe width of a minimum is −½ Σ ln λ over its curvatures λ: the logarithm of the volume of its harmonic well, up to a constant. The share of descents is that of the grasps of the population that ended in the minimum.\n\n");
     let members: Vec<f64> = files
         .minima

@@ -69,11 +69,12 @@ fn main() {
             });
             let c = found.coverage;
             println!(
-                "| {name} | {seed} | {} | {} | {} | {:.1} | {} | {} | {} | {:.3} |",
+                "| {name} | {seed} | {} | {} | {} | {} | {} | {} | {} | {:.3} |",
                 found.minima.len(),
                 found.saddles.len(),
                 c.once,
-                c.unseen,
+                c.unseen
+                    .map_or("–".to_owned(), |unseen| format!("{unseen:.1}")),
                 c.searches,
                 c.last_new,
                 found.evaluations,

@@ -67,7 +67,7 @@ fn sets_are_read_from_files_of_pathsample() {
     let file = fs::read_to_string(desk.path("published/min.a")).unwrap();
     let number = file.split_whitespace().nth(1).unwrap();
     let numbers = by_name["numbers_in_min_data"].as_array().unwrap();
-    let target = numbers.iter().position(|k| k.to_string() == number);
+    let target = numbers.iter().position(|k| format!("{k}") == number);
     let said =
         desk.run("rates published --from published/min.b --to published/min.a --temperature 1");
     let said = String::from_utf8(said.stdout).unwrap();
