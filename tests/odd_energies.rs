@@ -292,6 +292,54 @@ fn plateaus_and_troughs_of_one_energy_are_apart() {
     }
 }
 
+/// Chords of a ring cross what the ring surrounds, and the pass to it is a ring itself.
+#[test]
+fn rings_around_other_basins_and_bent_troughs_are_one_each() {
+    // (q + depth) (q − 2.25)² with q = x² + y²: a ring of energy 0 around a well.
+    let around = |depth: f64| {
+        plane(move |x, y| {
+            let q = x * x + y * y;
+            let off = q - 2.25;
+            let slope = 2.0 * (off * off + 2.0 * (q + depth) * off);
+            ((q + depth) * off * off, [slope * x, slope * y])
+        })
+    };
+    let (level, raised) = (around(0.0), around(0.2));
+    let concentric = plane(|x, y| {
+        let q = x * x + y * y;
+        let (inner, outer) = (q - 1.0, q - 4.0);
+        let slope = 4.0 * inner * outer * (inner + outer);
+        (inner * inner * outer * outer, [slope * x, slope * y])
+    });
+    // The bottom is level for |x| < 1.2 and rises beyond.
+    let bent = plane(|x, y| {
+        let off = y - 0.8 * libm::sin(2.0 * x);
+        let beyond = (x.abs() - 1.2).max(0.0);
+        let along = -9.6 * off * libm::cos(2.0 * x) + 4.0 * beyond.powi(3).copysign(x);
+        (3.0 * off * off + beyond.powi(4), [along, 6.0 * off])
+    });
+    for (name, energy, known) in [
+        (
+            "ring around a minimum of its energy",
+            &level as &dyn Energy,
+            (2, 1),
+        ),
+        ("ring around a higher minimum", &raised, (2, 1)),
+        ("two rings", &concentric, (2, 1)),
+    ] {
+        for found in explored(energy, 2.4) {
+            assert_eq!(numbers(&found), known, "{name}");
+            assert_eq!(found.coverage.doubt, Some(Doubt::Degenerate), "{name}");
+        }
+    }
+    // Where the level bottom ends, a saddle hardly above it can be found.
+    for found in explored(&bent, 2.4) {
+        assert_eq!(found.minima.len(), 1);
+        assert!(found.saddles.iter().all(|saddle| saddle.energy < 1e-6));
+        assert_eq!(found.coverage.doubt, Some(Doubt::Degenerate));
+    }
+}
+
 /// A kinked ridge between two wells has no saddle that can be verified, so nothing bounds the number of those missing.
 #[test]
 fn a_kinked_ridge_leaves_no_bound() {
