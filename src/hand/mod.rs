@@ -97,6 +97,21 @@ impl Frame {
         self.rotation.tr_mul(&(point - self.translation))
     }
 
+    /// Greatest distance between the two images under `self` and `other` of any point of a ball, metres: that of the images
+    /// of its centre plus the rotation about it.
+    pub(crate) fn greatest_movement_m(
+        &self,
+        other: &Self,
+        centre: &Vector3<f64>,
+        radius_m: f64,
+    ) -> f64 {
+        let turn = self.rotation - other.rotation;
+        let shift = turn * centre + (self.translation - other.translation);
+        // The difference of two rotations stretches two directions by 2 sin(φ/2), and the third not at all.
+        let stretch = (0.5 * turn.norm_squared()).sqrt();
+        shift.norm() + stretch * radius_m
+    }
+
     /// `self ∘ inner`: first `inner`, then `self`.
     #[inline]
     #[must_use]

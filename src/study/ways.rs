@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::level::letting_go;
 use crate::grasp::GraspEnergy;
-use crate::grasp::layer::{Layer, NearSphere};
+use crate::grasp::layer::Layer;
 use crate::hand::{Frame, PosedHand};
 use crate::topography::Path;
 
@@ -140,13 +140,7 @@ impl Touch {
         let (hand, object) = (energy.hand(), energy.object());
         let mut posed = PosedHand::default();
         hand.pose(x, &mut posed);
-        let mut near: Vec<NearSphere> = Vec::new();
-        layer.measure(
-            &posed,
-            object.shape.as_ref(),
-            settings.carrying_m(),
-            &mut near,
-        );
+        let near = layer.near(&posed, object.shape.as_ref(), settings.carrying_m());
         let mut parts = vec![Part::default(); hand.digits.len()];
         for found in near {
             let sphere = &layer.spheres[found.sphere as usize];

@@ -5,7 +5,7 @@ use std::sync::PoisonError;
 use super::GraspEnergy;
 use super::near::NearSearch;
 use crate::grasp::contact::ContactSearch;
-use crate::grasp::layer::NearSphere;
+use crate::grasp::layer::{NearSphere, NeighbourList};
 use crate::grasp::term::{Contact, Forces, NearPoint, Proximity, Scene, Stage, Term};
 use crate::hand::PosedHand;
 use crate::space::Space;
@@ -21,6 +21,7 @@ pub(super) struct Memory {
     pub(super) near: Vec<NearPoint>,
     pub(super) band_m: f64,
     proximity: Proximity,
+    neighbours: NeighbourList,
     near_spheres: Vec<NearSphere>,
     forces: Forces,
     /// Energy and forces of the contact-free terms, if already computed at the current pose.
@@ -214,7 +215,8 @@ impl<'a> Evaluation<'a> {
             let memory = &mut *self.memory;
             let (posed, spheres) = (&memory.posed, &mut memory.near_spheres);
             let shape = &*energy.object.shape;
-            (energy.layer).measure(posed, shape, settings.carrying_m(), spheres);
+            let reach_m = settings.carrying_m();
+            (memory.neighbours).find(&energy.layer, posed, shape, reach_m, spheres);
         }
     }
 

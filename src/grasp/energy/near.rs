@@ -191,12 +191,8 @@ impl Known {
 }
 
 impl Bounds {
-    /// Greatest movement of any of the points: that of the ball's centre plus the rotation about it.
+    /// Greatest movement of any of the points.
     fn moved_m(&self, frame: &Frame) -> f64 {
-        let turn = frame.rotation - self.frame.rotation;
-        let shift = turn * self.centre + (frame.translation - self.frame.translation);
-        // The difference of two rotations stretches two directions by 2 sin(φ/2), and the third not at all.
-        let stretch = (0.5 * turn.norm_squared()).sqrt();
-        shift.norm() + stretch * self.radius_m + ROUNDING_M
+        frame.greatest_movement_m(&self.frame, &self.centre, self.radius_m) + ROUNDING_M
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! A sphere is nearest to an object at the right place of its capsule for every rotation about the axis, so the energy
 //! does not jump from one surface point to the next. Meshes, boxes and cylinders are filled with balls up to their surface
-//! ([`Hand::balls`]); the capsules that fill their hulls are no part of the layer. [`Layer`] holds the spheres of a hand; [`Layer::measure`] finds those
+//! ([`Hand::balls`]); the capsules that fill their hulls are no part of the layer. [`Layer`] holds the spheres of a hand; a [`NeighbourList`] finds those
 //! near an object. [`mean_compliance`] tells how much the layer gives under loads on the object.
 //!
 //! The layer is an elastic foundation, which Winkler proposed: springs side by side that do not feel each other (Johnson,
@@ -13,6 +13,7 @@
 mod compliance;
 mod cone;
 mod factors;
+mod neighbours;
 mod settings;
 
 use std::ops::Range;
@@ -20,6 +21,7 @@ use std::ops::Range;
 use nalgebra::{Matrix3, Vector3};
 
 pub use compliance::{Compliance, ComplianceSettings, Node, mean_compliance};
+pub use neighbours::NeighbourList;
 pub use settings::LayerSettings;
 pub(crate) use settings::step;
 
@@ -91,6 +93,8 @@ pub struct Layer {
     /// Distance from the object that resting spheres keep, metres.
     pub clearance_m: f64,
     groups: Vec<Group>,
+    /// A ball around the centres of the spheres of each link, link frame, metres; `None` for a link without spheres.
+    link_balls: Vec<Option<(Vector3<f64>, f64)>>,
 }
 
 /// Consecutive spheres of one link and a ball around them. Groups form trees: a group that has parts comes before them.
@@ -162,7 +166,9 @@ impl Layer {
         }
         let nodes = assign_nodes(&mut spheres, patch_spacing_m);
         let phalanges = phalanges(hand, &volar);
+        let link_balls = (0..hand.links.len()).map(|link| ball_around(&spheres, LinkId(link)));
         Self {
+            link_balls: link_balls.collect(),
             spheres,
             nodes,
             phalanges,
@@ -186,45 +192,14 @@ impl Layer {
         self
     }
 
-    /// Lists all spheres within `reach_m` of the object, and within the clearance of resting ones, by index.
+    /// The spheres near the object at one pose ([`NeighbourList::find`]).
     ///
     /// # Panics
     /// If `posed` belongs to another hand.
-    pub fn measure(
-        &self,
-        posed: &PosedHand,
-        shape: &dyn Shape,
-        reach_m: f64,
-        near: &mut Vec<NearSphere>,
-    ) {
-        near.clear();
-        let reach_m = reach_m.max(self.clearance_m);
-        let slope = shape.lipschitz();
-        let mut at = 0;
-        while let Some(group) = self.groups.get(at) {
-            let frame = &posed.object_from_link[group.link.0];
-            let centre = frame.point(&group.centre);
-            if shape.distance(&centre) > reach_m * slope.max(1.0) + slope * group.radius_m {
-                at = group.next;
-                continue;
-            }
-            at += 1;
-            for index in group.spheres.clone() {
-                let sphere = &self.spheres[index];
-                let centre = frame.point(&sphere.centre);
-                let (distance_m, gradient, hessian) = shape.hessian(&centre);
-                let gap_m = distance_m - sphere.radius_m;
-                if gap_m <= reach_m {
-                    near.push(NearSphere {
-                        sphere: small(index),
-                        centre,
-                        gap_m,
-                        gradient,
-                        hessian,
-                    });
-                }
-            }
-        }
+    pub fn near(&self, posed: &PosedHand, shape: &dyn Shape, reach_m: f64) -> Vec<NearSphere> {
+        let mut near = Vec::new();
+        NeighbourList::default().find(self, posed, shape, reach_m, &mut near);
+        near
     }
 }
 
@@ -258,6 +233,21 @@ impl Group {
             next: usize::MAX,
         }
     }
+}
+
+/// Centre and radius of a ball around the centres of the spheres of a link.
+fn ball_around(spheres: &[Sphere], link: LinkId) -> Option<(Vector3<f64>, f64)> {
+    let centres = || {
+        let members = spheres.iter().filter(|sphere| sphere.link == link);
+        members.map(|sphere| sphere.centre)
+    };
+    let first = centres().next()?;
+    let (low, high) = centres().fold((first, first), |(low, high), centre| {
+        (low.inf(&centre), high.sup(&centre))
+    });
+    let middle = (low + high) / 2.0;
+    let radius_m = centres().map(|centre| (centre - middle).norm());
+    Some((middle, radius_m.fold(0.0, f64::max)))
 }
 
 /// Ends the tree of the last group after it.
@@ -438,31 +428,6 @@ fn phalanges(hand: &Hand, volar: &[Option<Vector3<f64>>]) -> Vec<Phalanx> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::grasp::start::start_pose;
-    use crate::object::Object;
-    use crate::sample::{Task, stream};
-
-    /// Groups only save work: the list is that of all spheres.
-    #[test]
-    fn no_near_sphere_is_missed() {
-        let object = Object::named("mug").unwrap();
-        for name in ["human", "gripper_three_finger", "gripper_parallel"] {
-            let hand = Hand::named(name).unwrap();
-            let layer = Layer::new(&hand, 0.025);
-            let mut rng = stream(1, Task::Start, 0);
-            let (mut posed, mut near) = (PosedHand::default(), Vec::new());
-            for _ in 0..20 {
-                hand.pose_links(&start_pose(&hand, &object, &mut rng), &mut posed);
-                layer.measure(&posed, &*object.shape, 0.006, &mut near);
-                let expected = (0u32..).zip(&layer.spheres).filter(|(_, sphere)| {
-                    let centre = posed.object_from_link[sphere.link.0].point(&sphere.centre);
-                    object.shape.distance(&centre) - sphere.radius_m <= 0.006
-                });
-                let expected: Vec<u32> = expected.map(|(index, _)| index).collect();
-                assert_eq!(near.iter().map(|n| n.sphere).collect::<Vec<_>>(), expected);
-            }
-        }
-    }
 
     /// The layer of a hand of capsules has one sphere every 3 mm along each of them and nothing else.
     #[test]

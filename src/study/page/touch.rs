@@ -6,7 +6,6 @@ use serde_json::{Value, json};
 use super::pack::Pack;
 use crate::grasp::closure::{EpsilonSettings, epsilon};
 use crate::grasp::filter::STRICT_FRICTION;
-use crate::grasp::layer::NearSphere;
 use crate::grasp::{Grasp, GraspEnergy, measure_contacts};
 use crate::hand::PosedHand;
 
@@ -75,13 +74,7 @@ fn of_layer(energy: &GraspEnergy, posed: &PosedHand) -> Vec<(Vector3<f64>, f64)>
     let Some(settings) = energy.settings().layer else {
         return Vec::new();
     };
-    let mut near: Vec<NearSphere> = Vec::new();
-    layer.measure(
-        posed,
-        object.shape.as_ref(),
-        settings.carrying_m(),
-        &mut near,
-    );
+    let near = layer.near(posed, object.shape.as_ref(), settings.carrying_m());
     let carrying = near.iter().filter_map(|found| {
         let sphere = &layer.spheres[found.sphere as usize];
         let load = sphere.share * settings.carries(found.gap_m).0;
