@@ -296,7 +296,10 @@ impl<'a> Evaluation<'a> {
 
     pub(super) fn best_choice(&mut self) -> Vec<u32> {
         self.measure_candidates();
-        self.choose_contacts(f64::INFINITY);
+        let is_layered = self.energy.settings.layer.is_some();
+        if !(is_layered && self.choose_touching_contacts()) {
+            self.choose_contacts(f64::INFINITY);
+        }
         self.memory.search.best().to_vec()
     }
 

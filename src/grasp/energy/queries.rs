@@ -14,7 +14,9 @@ pub const THROUGH_M: f64 = 0.002;
 
 impl GraspEnergy {
     /// The best contact set at pose `x`, as indices of surface points: the active piece of an energy of contact sets. For the
-    /// energy of an elastic layer, the set that an energy of contact sets with the same settings would have.
+    /// energy of an elastic layer, the set that an energy of contact sets with the same settings would have if only points
+    /// within 2 mm of the object could be contacts; of all points if these are too few. Without this limit a hand whose
+    /// fingertips have few points would get contacts where it does not touch, since these balance better.
     pub fn contacts(&self, x: &[f64]) -> Vec<u32> {
         #[expect(
             clippy::redundant_closure_for_method_calls,

@@ -4,6 +4,7 @@ use super::evaluation::Evaluation;
 use super::{FIRST_BAND_M, GraspEnergy};
 use crate::grasp::closure::PointContact;
 use crate::grasp::contact::{Candidate, WrenchCost};
+use crate::grasp::filter::MOST_GAP_M;
 use crate::grasp::term::NearPoint;
 use crate::hand::PosedHand;
 
@@ -68,8 +69,15 @@ impl Evaluation<'_> {
     }
 
     fn list_candidates(&mut self) {
+        self.list_candidates_within(f64::INFINITY);
+    }
+
+    /// Lists the measured points that are at most `most_m` from the object's surface, either way.
+    fn list_candidates_within(&mut self, most_m: f64) {
         let (energy, memory) = (self.energy, &mut *self.memory);
+        let is_within = |near: &&NearPoint| near.distance_m.abs() <= most_m;
         let may_touch = memory.near.iter().filter(|near| energy.may_touch(near));
+        let may_touch = may_touch.filter(is_within);
         let candidates = may_touch.filter_map(|near| energy.candidate(near, &memory.posed));
         memory.search.begin(candidates);
     }
@@ -77,6 +85,20 @@ impl Evaluation<'_> {
     fn widen(&mut self, band_m: f64) {
         self.measure(band_m, band_m);
         self.list_candidates();
+    }
+
+    /// Finds the best set of points that touch the object ([`MOST_GAP_M`]) and leaves it in `memory.search`. Returns
+    /// `false` if fewer touch than a set has.
+    pub(super) fn choose_touching_contacts(&mut self) -> bool {
+        self.list_candidates_within(MOST_GAP_M);
+        let (size, cost) = (self.energy.settings.contacts, self.energy.wrench_cost());
+        let search = &mut self.memory.search;
+        if search.len() < size {
+            return false;
+        }
+        search.descend(size, &[], &cost);
+        search.prove(size, &cost, f64::INFINITY);
+        true
     }
 
     /// Finds the best contact set of the posed hand, leaves it in `memory.search` and returns its contact energy (or a
