@@ -3,7 +3,8 @@
 use landscape::energy::Energy;
 use landscape::grasp::layer::LayerSettings;
 use landscape::grasp::{EnergySettings, GraspEnergy};
-use landscape::optimize::QuenchSettings;
+use landscape::hand::PosedHand;
+use landscape::optimize::{QuenchSettings, quench};
 use landscape::sample::{Rng, Task, stream};
 use landscape::store::{GraspFile, Overrides};
 use nalgebra::DVector;
@@ -80,6 +81,43 @@ fn a_hand_that_has_let_go() {
     let mut x = HAND.rest_coordinates();
     x[0] = 1.0;
     assert!((energy.compliance(&x).unwrap() - 1.0).abs() < 1e-12);
+}
+
+/// The contacts of a hand with a layer are points that touch, if four do; otherwise the best of all points.
+#[test]
+fn contacts_of_a_layer_touch() {
+    let mut differ = 0;
+    for hand in [&*HAND, &*GRIPPER] {
+        let energy_with = |layer| {
+            let closed = EnergySettings::closed();
+            let settings = EnergySettings { layer, ..closed };
+            GraspEnergy::new(hand.clone(), BOTTLE.clone(), settings).unwrap()
+        };
+        let energy = energy_with(EnergySettings::closed().layer);
+        let of_points = energy_with(None);
+        let rough = QuenchSettings::default().with_max_evaluations(200);
+        let mut rng = stream(5, Task::Start, 0);
+        for _ in 0..30 {
+            let start = pose(hand, &BOTTLE, energy.space(), &mut rng);
+            let x = quench(&energy, &start, &rough).x;
+            let mut posed = PosedHand::default();
+            hand.pose(&x, &mut posed);
+            let gap_m = |index: u32| {
+                let point = &posed.points[index as usize];
+                BOTTLE.shape.distance(point).abs()
+            };
+            let candidates = energy.contact_candidates().iter();
+            let touching = candidates.filter(|index| gap_m(**index) <= 0.002).count();
+            let (found, best) = (energy.contacts(&x), of_points.contacts(&x));
+            if touching < 4 {
+                assert_eq!(found, best);
+            } else {
+                assert!(found.iter().all(|index| gap_m(*index) <= 0.002));
+                differ += usize::from(found != best);
+            }
+        }
+    }
+    assert!(differ > 0);
 }
 
 /// Numbers of a layer that cannot be computed with are refused by name.
