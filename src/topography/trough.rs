@@ -11,6 +11,8 @@ const LEVEL: f64 = 1e-4;
 const RETURNS: usize = 12;
 /// Length of a step of a walk as a fraction of the distance between its ends: a ring has at least 25 steps around it.
 const STEP: f64 = 0.125;
+/// Length of the step from the end of a trough into it, in distance tolerances.
+const INWARD: f64 = 10.0;
 /// Greatest number of steps of a walk in one sense.
 const STEPS: usize = 96;
 
@@ -66,7 +68,23 @@ pub(super) fn settle(
     None
 }
 
-/// Whether a walk along the level directions leads from the stationary point `from` to `to`, always at the height of `from`.
+/// The minimum `from` as a place of its set. At the end of a trough no direction is level, so that place is a step inward.
+fn beginning(piece: &Piece<'_>, from: &[f64], gap: f64, settings: &AuditSettings) -> Option<Place> {
+    let start = settle(piece, from, gap, settings)?;
+    if !start.level().is_empty() {
+        return Some(start);
+    }
+    let inward = |length: f64| {
+        let mut step = start.modes.tangents.first()?.clone();
+        scale(&mut step, length);
+        let place = settle(piece, &piece.moved(&start.x, &step), gap, settings)?;
+        (!place.level().is_empty()).then_some(place)
+    };
+    let length = INWARD * settings.sameness.distance;
+    inward(length).or_else(|| inward(-length))
+}
+
+/// Whether a walk along the level directions leads from the minimum `from` to `to`, always at the height of `from`.
 /// `arrived` tells whether the rest of the way, from a point to `to`, is level.
 ///
 /// Along a single level direction it walks in both senses, so it follows every bend. Where there are several, it walks
@@ -79,11 +97,10 @@ pub(super) fn joins(
     arrived: &dyn Fn(&[f64]) -> bool,
 ) -> bool {
     let gap = piece.space().distance(from, to);
-    let Some(start) = settle(piece, from, gap, settings) else {
+    let Some(start) = beginning(piece, from, gap, settings) else {
         return false;
     };
     let senses: &[f64] = match start.level().len() {
-        0 => &[],
         1 => &[1.0, -1.0],
         _ => &[1.0],
     };
