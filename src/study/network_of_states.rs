@@ -381,7 +381,7 @@ mod tests {
             ("", "empty"),
             ("1\n0\n", "no minimum 0"),
             ("1\n4\n", "no minimum 4: min.data holds 3"),
-            ("2\n1\n", "says 2 minima, and 1 numbers follow"),
+            ("2\n1\n", "says 2 minima, and 1 number follows"),
             ("0\n", "one or more"),
             ("1\nm1\n", "`m1` is no number"),
         ] {
