@@ -33,11 +33,28 @@ pub fn printable_json(document: &str) -> String {
     shown
 }
 
-/// A count and its noun, whose plural ends in s: `1 grasp`, `3 grasps`.
-#[cfg(feature = "cli")]
+/// A count and its noun: `1 grasp`, `3 grasps`, `2 minima`, `4 searches`.
+#[cfg(any(feature = "cli", feature = "topography"))]
 pub(crate) fn counted(count: usize, noun: &str) -> String {
-    let plural = if count == 1 { "" } else { "s" };
-    format!("{count} {noun}{plural}")
+    match noun.strip_suffix("minimum") {
+        _ if count == 1 => format!("1 {noun}"),
+        Some(kind) => format!("{count} {kind}minima"),
+        None if noun.ends_with("ch") => format!("{count} {noun}es"),
+        None => format!("{count} {noun}s"),
+    }
+}
+
+/// How many there are and their names: `there is 1 group, g0`, `there are 3 minima, m0 to m2`.
+#[cfg(feature = "cli")]
+pub(crate) fn numbered(count: usize, noun: &str, letter: char) -> String {
+    let counted = counted(count, noun);
+    match count {
+        1 => format!("there is {counted}, {letter}0"),
+        _ => format!(
+            "there are {counted}, {letter}0 to {letter}{}",
+            count.saturating_sub(1)
+        ),
+    }
 }
 
 /// Greatest length of a sentence, in characters.
@@ -75,6 +92,22 @@ fn commands(c: char) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    #[cfg(feature = "cli")]
+    fn counts_have_their_nouns() {
+        let nouns = ["saddle", "minimum", "search", "lowest minimum"];
+        assert_eq!(
+            nouns.map(|noun| counted(1, noun)),
+            ["1 saddle", "1 minimum", "1 search", "1 lowest minimum"]
+        );
+        assert_eq!(
+            nouns.map(|noun| counted(0, noun)),
+            ["0 saddles", "0 minima", "0 searches", "0 lowest minima"]
+        );
+        assert_eq!(numbered(1, "group", 'g'), "there is 1 group, g0");
+        assert_eq!(numbered(3, "minimum", 'm'), "there are 3 minima, m0 to m2");
+    }
 
     #[test]
     fn what_commands_is_replaced_and_all_else_stays() {

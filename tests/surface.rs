@@ -161,7 +161,7 @@ fn a_single_minimum_makes_a_landscape_too() {
     assert!(text.is_empty());
     let summary = fs::read_to_string(desk.path("four/summary.md")).unwrap();
     assert!(
-        summary.contains("**1 minima** and **1 saddles**"),
+        summary.contains("**1 minimum** and **1 saddle**"),
         "{summary}"
     );
 }

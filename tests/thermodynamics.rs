@@ -74,9 +74,15 @@ fn sets_are_read_from_files_of_pathsample() {
     assert_says(&said, &[&format!("m{} is {number}", target.unwrap())]);
     fs::write(desk.path("far"), "1\n33\n").unwrap();
     fs::write(desk.path("few"), "3\n1\n2\n").unwrap();
+    fs::write(desk.path("one"), "2\n1\n").unwrap();
+    fs::write(desk.path("binary"), [0xff, 0xfe, 0x00]).unwrap();
     for (file, said) in [
         ("far", "there is no minimum 33: min.data holds 32 minima"),
         ("few", "says 3 minima, and 2 numbers follow"),
+        ("one", "says 2 minima, and 1 number follows"),
+        ("binary", "no list of minima such as min.A"),
+        ("published/absent", "there is no such file"),
+        ("m32", "there are 32 minima, m0 to m31"),
     ] {
         let line = format!("rates published --from {file} --to m0 --temperature 1");
         assert_says(&desk.mistake(&line), &["--from", file, said]);

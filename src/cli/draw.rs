@@ -12,6 +12,7 @@ use super::output::{check_folder, make_folder};
 use super::report::held;
 use crate::cli::printing::{complain, print_wrote};
 use crate::figure::Leaf;
+use crate::printable::numbered;
 use crate::store::{FileSet, MinimumRow, read_resampled};
 use crate::study::{
     Colouring, Drawing, MinimumNames, MinimumValues, Quantities, Titles, Views, group_of,
@@ -218,10 +219,7 @@ fn picked(names: &[String], count: usize) -> anyhow::Result<Vec<MinimumId>> {
         let number = name.strip_prefix('m').unwrap_or(name).parse().ok();
         match number {
             Some(number) if number < count => picked.push(MinimumId(number)),
-            Some(_) => bail!(
-                "--pick {name}: the landscape has {count} minima, m0 to m{}",
-                count.saturating_sub(1)
-            ),
+            Some(_) => bail!("--pick {name}: {}", numbered(count, "minimum", 'm')),
             None => bail!("--pick {name}: write minima as the tree names them, m0,m3,m17"),
         }
     }

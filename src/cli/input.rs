@@ -8,6 +8,7 @@ use super::args::{Common, HandAndObject, within};
 use crate::cli::printing::{complain, explain};
 use crate::hand::{HAND_NAMES, HandFiles};
 use crate::limits::OBJECT_SCALE;
+use crate::printable::counted;
 use crate::store::{GraspFile, HandMetadata, LandscapeFiles, ObjectMetadata, Overrides};
 use crate::study::{self, InputError};
 
@@ -129,8 +130,8 @@ pub(super) fn read(
             (Some(_), Some(_)) => "both as --hand and --object say",
         };
         format!(
-            "read {} grasps from {} ({}; {origin})",
-            file.grasps.len(),
+            "read {} from {} ({}; {origin})",
+            counted(file.grasps.len(), "grasp"),
             path.display(),
             pairs.join(", ")
         )
@@ -157,9 +158,9 @@ pub(super) fn open_landscape(folder: &Path) -> anyhow::Result<LandscapeFiles> {
     explain(|| {
         let manifest = &files.manifest;
         format!(
-            "read {} minima and {} connections from {}, made by version {} with `{}`",
-            files.minima.len(),
-            files.edges.len(),
+            "read {} and {} from {}, made by version {} with `{}`",
+            counted(files.minima.len(), "minimum"),
+            counted(files.edges.len(), "connection"),
             folder.display(),
             manifest.program_version,
             manifest.command

@@ -1,6 +1,7 @@
 //! `landscape rates`: rates between two sets of minima.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
@@ -10,6 +11,7 @@ use super::args::{Common, GroupBarrier};
 use super::output::check_file;
 use super::thermodynamics::check_temperature;
 use crate::cli::printing::{complain, print, print_json};
+use crate::printable::numbered;
 use crate::store::FileSet;
 use crate::study::{Kinetics, KineticsSettings, NetworkOfStates};
 use crate::thermal::Dynamics;
@@ -141,27 +143,33 @@ fn chosen(flag: &str, names: &[String], states: &NetworkOfStates) -> anyhow::Res
         if let Some(group) = number('g') {
             let Some(members) = groups.members.get(group) else {
                 bail!(
-                    "{flag} {name}: there are {} groups, g0 to g{}",
-                    groups.members.len(),
-                    groups.members.len().saturating_sub(1)
+                    "{flag} {name}: {}",
+                    numbered(groups.members.len(), "group", 'g')
                 );
             };
             chosen.extend(members.iter().map(|minimum| minimum.0));
         } else if let Some(minimum) = number('m') {
             ensure!(
                 minimum < count,
-                "{flag} {name}: there are {count} minima, m0 to m{}",
-                count.saturating_sub(1)
+                "{flag} {name}: {}",
+                numbered(count, "minimum", 'm')
             );
             chosen.push(minimum);
-        } else if Path::new(name).is_file() {
-            let read = fs::read_to_string(name).with_context(|| format!("{flag} {name}"))?;
-            let listed = states.minima_of(&read);
-            chosen.extend(listed.with_context(|| format!("{flag} {name}"))?);
         } else {
-            bail!(
-                "{flag} {name}: write minima and groups as the tree names them, m0,m3,g1, or a file such as min.A of PATHSAMPLE"
-            );
+            let read = match fs::read(name) {
+                Ok(read) => read,
+                Err(error) if error.kind() == ErrorKind::NotFound => bail!(
+                    "{flag} {name}: there is no such file, and minima and groups are written as the tree names them, m0,m3,g1"
+                ),
+                Err(error) => return Err(error).context(format!("{flag} {name}")),
+            };
+            let text = str::from_utf8(&read).ok().with_context(|| {
+                format!(
+                    "{flag} {name}: this is no list of minima such as min.A of PATHSAMPLE, since it is no text"
+                )
+            })?;
+            let listed = states.minima_of(text);
+            chosen.extend(listed.with_context(|| format!("{flag} {name}"))?);
         }
     }
     chosen.sort_unstable();

@@ -6,7 +6,7 @@ use super::Space;
 use super::vector::norm;
 
 /// Coordinates in a cell with periodic images; distances are measured to the nearest image. A period of ∞ leaves a
-/// coordinate unwrapped.
+/// coordinate unwrapped. Points that are moved as a whole differ: of atoms that all move, keep one fixed.
 ///
 /// `exp` keeps a coordinate within half a period of the middle of the cell.
 ///

@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::limits::Beyond;
+use crate::printable::counted;
 
 /// Reasons why a file cannot be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -232,7 +233,7 @@ pub enum Fault {
         largest: u64,
     },
     /// A list has the wrong length.
-    #[error("column `{column}` holds {found} numbers, expected {expected}")]
+    #[error("column `{column}` holds {}, expected {expected}", counted(*found, "number"))]
     Length {
         /// The column.
         column: String,

@@ -43,7 +43,8 @@ pub struct StationaryRow {
     pub curvatures: Vec<f64>,
     /// Number of searches that ended there.
     pub searches: u64,
-    /// Result of its audit: `sound`, or `degenerate` if the point is not isolated.
+    /// Result of its audit: `sound`, `degenerate` if the point is not isolated, or `duplicate` if it is the saddle of an earlier
+    /// row, which joins other minima as well.
     pub verdict: String,
 }
 

@@ -221,16 +221,16 @@ impl<'a> ImportedLandscape<'a> {
 
     fn summary(&self) -> String {
         let mut text = format!(
-            "# {}\n\n- **{} minima** and **{} transition states** in the layout of {}, {} of which join two copies of \
-             one minimum; {}\n- {} pairs of minima are joined directly\n- {} (relative barrier up to \
+            "# {}\n\n- **{}** and **{}** in the layout of {}, {} of which join two copies of \
+             one minimum; {}\n- {} of minima joined directly\n- {} (relative barrier up to \
              {})\n",
             self.source.name,
-            self.database.minima.len(),
-            self.database.transition_states.len(),
+            counted(self.database.minima.len(), "minimum"),
+            counted(self.database.transition_states.len(), "transition state"),
             self.layout.name(),
             self.loops(),
             counted(self.tree.roots.len(), "component"),
-            self.network.edge_count(),
+            counted(self.network.edge_count(), "pair"),
             counted(self.groups.members.len(), "group"),
             Digits::of([self.groups.barrier]).show(self.groups.barrier)
         );

@@ -2,6 +2,7 @@
 
 use super::Digits;
 use super::surface::{ends_of_searches, spell};
+use crate::printable::counted;
 use crate::topography::{Exploration, LowestReport, Merge};
 
 /// Number of merges that are listed.
@@ -44,8 +45,8 @@ pub(super) fn told(found: &Exploration, report: &LowestReport, merges: &[Merge])
             100.0 * coverage.chance_of_news
         ),
         format!(
-            "- {} searches, {} of which ended at a saddle met by climbing; ends of climbs: {}",
-            coverage.searches,
+            "- {}, {} of which ended at a saddle met by climbing; ends of climbs: {}",
+            counted(coverage.searches, "search"),
             coverage.arrived,
             spell(&ends_of_searches(found))
         ),

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::error::StudyError;
+use crate::printable::counted;
 use crate::store::{LandscapeFiles, Manifest, StationaryRow, StoreError};
 use crate::topography::exchange::{Database, Vibrations};
 use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree, Verdict};
@@ -54,7 +55,10 @@ pub enum NumberedMinima {
     NoNumber(String),
     /// There are fewer or more numbers than the text says.
     #[error(
-        "its first line says {told} minima, and {found} numbers follow; one or more are needed, as many as it says"
+        "its first line says {}, and {} {}; one or more are needed, as many as it says",
+        counted(*told, "minimum"),
+        counted(*found, "number"),
+        if *found == 1 { "follows" } else { "follow" }
     )]
     Count {
         /// The first number.
@@ -63,7 +67,10 @@ pub enum NumberedMinima {
         found: usize,
     },
     /// No minimum has the number.
-    #[error("there is no minimum {number}: min.data holds {count} minima, counted from 1")]
+    #[error(
+        "there is no minimum {number}: min.data holds {}, counted from 1",
+        counted(*count, "minimum")
+    )]
     NoSuchMinimum {
         /// The number.
         number: usize,
@@ -252,7 +259,13 @@ fn no_wells(rows: &[StationaryRow]) -> Vec<String> {
     let is_flat = |row: &&StationaryRow| {
         !is_degenerate(row) && sizes(row).any(|size| size <= FLAT * stiffest)
     };
+    let branches = rows
+        .iter()
+        .filter(|row| row.verdict == Verdict::Duplicate.name());
+    let branches: Vec<&[f64]> = branches.map(|row| &row.coordinates[..]).collect();
+    let is_branched = |row: &&StationaryRow| branches.contains(&&row.coordinates[..]);
     let apart = named(rows.iter().filter(is_degenerate));
+    let branched = named(rows.iter().filter(is_branched));
     let flat = named(rows.iter().filter(is_flat));
     let apart = apart.map(|points| {
         format!(
@@ -266,7 +279,13 @@ fn no_wells(rows: &[StationaryRow]) -> Vec<String> {
              the greatest): occupations, free energies and rates rest on noise"
         )
     });
-    apart.into_iter().chain(flat).collect()
+    let branched = branched.map(|points| {
+        format!(
+            "harmonic formulae do not hold at {points}: more than two valleys meet there in a saddle whose curvatures vanish, \
+             and rates over it mean nothing"
+        )
+    });
+    apart.into_iter().chain(flat).chain(branched).collect()
 }
 
 /// The names of points, each as a reader of the tables finds it; `None` if there are none.
@@ -362,7 +381,7 @@ mod tests {
             ("", "empty"),
             ("1\n0\n", "no minimum 0"),
             ("1\n4\n", "no minimum 4: min.data holds 3"),
-            ("2\n1\n", "says 2 minima, and 1 numbers follow"),
+            ("2\n1\n", "says 2 minima, and 1 number follows"),
             ("0\n", "one or more"),
             ("1\nm1\n", "`m1` is no number"),
         ] {

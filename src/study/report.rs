@@ -256,8 +256,8 @@ impl GraspReport<'_> {
                 self.population.object.name
             ),
             format!(
-                "- **{} minima** in **{}** ({})",
-                counts.minima,
+                "- **{}** in **{}** ({})",
+                counted(files.minima.len(), "minimum"),
                 counted(found.landscape.groups.members.len(), "group"),
                 self.rule_of_groups()
             ),
@@ -291,12 +291,12 @@ impl GraspReport<'_> {
         let added = self.population.grasps.len() - growth.grasps;
         let minima = self.found.landscape.network.node_count();
         format!(
-            "- grown from {} ({} in {} minima): {} added, {} minima now; this took {} of the energy evaluations",
+            "- grown from {} ({} in {}): {} added, {} now; this took {} of the energy evaluations",
             growth.onto.name,
             counted(growth.grasps, "grasp"),
-            growth.minima,
+            counted(growth.minima, "minimum"),
             counted(added, "grasp"),
-            minima,
+            counted(minima, "minimum"),
             growth.evaluations
         )
     }

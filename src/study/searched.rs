@@ -6,6 +6,7 @@ use crate::space::Space;
 use crate::topography::exchange::curvatures;
 use crate::topography::{
     Exploration, Landscape, LowestReport, LowestSettings, SearchSettings, TransitionState,
+    mark_branches,
 };
 
 /// How a surface is searched.
@@ -58,9 +59,9 @@ impl Searched {
         let artefact =
             |saddle: &TransitionState| on_face(&saddle.coordinates) && is_mirrored(saddle);
         self.found.saddles.retain(|saddle| !artefact(saddle));
-        let hits: Vec<usize> = (self.found.saddles.iter())
-            .map(|saddle| saddle.hits)
-            .collect();
+        mark_branches(&mut self.found.saddles);
+        let saddles = self.found.distinct_saddles();
+        let hits: Vec<usize> = saddles.map(|saddle| saddle.hits).collect();
         let minima = self.found.minima.iter();
         let draws: Vec<usize> = minima.map(|minimum| minimum.members.len()).collect();
         self.found.coverage = self.found.coverage.of(&hits, &draws);

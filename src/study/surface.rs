@@ -199,10 +199,10 @@ impl SurfaceReport<'_> {
         let kinds = (Coordinates::named(&self.subject.coordinates)).and_then(|kind| kind.kinds());
         let database = Database::from_exploration(self.found, kinds.as_deref());
         let title = format!(
-            "{}: {} minima, {} saddles",
+            "{}: {}, {}",
             self.subject.name,
-            self.found.minima.len(),
-            self.found.saddles.len()
+            counted(self.found.minima.len(), "minimum"),
+            counted(self.found.distinct_saddles().count(), "saddle")
         );
         let titles = Titles::of_surface(title, "random starts", self.settings.seed);
         let views = Views {
@@ -225,7 +225,7 @@ impl SurfaceReport<'_> {
         let findings = mapped.findings(merges, uncertainty);
         let mut findings: BTreeMap<_, _> = findings.into_iter().collect();
         let mut tell = |name: &str, value| findings.insert(name.to_owned(), value);
-        tell("saddles", json!(self.found.saddles.len()));
+        tell("saddles", json!(self.found.distinct_saddles().count()));
         tell("coverage", value(self.found.coverage));
         tell("ends_of_searches", json!(ends_of_searches(self.found)));
         tell("refused", value(&self.found.refused));
@@ -311,8 +311,8 @@ impl SurfaceReport<'_> {
         let stopped = self.found.stopped;
         if stopped && coverage.searches >= self.settings.max_searches {
             warnings.push(format!(
-                "the search was stopped after {} searches, before it ended by itself (--searches allows more)",
-                coverage.searches
+                "the search was stopped after {}, before it ended by itself (--searches allows more)",
+                counted(coverage.searches, "search")
             ));
         } else if stopped && coverage.searches == 0 {
             warnings.push(
@@ -333,16 +333,18 @@ impl SurfaceReport<'_> {
                 "all"
             };
             warnings.push(format!(
-                "the search was stopped by --budget after {0} searches, before it ended by itself; the clock decided where, \
-                 and `--search {kind} --searches {0}` without --budget repeats the result on any machine",
+                "the search was stopped by --budget after {}, before it ended by itself; the clock decided where, \
+                 and `--search {kind} --searches {}` without --budget repeats the result on any machine",
+                counted(coverage.searches, "search"),
                 coverage.searches
             ));
         }
         let rare = coverage.once + coverage.joined;
         if rare > 0 && self.lowest.is_none() {
             warnings.push(format!(
-                "{rare} of {} saddles were met by one search or by none: more may be missing{}",
-                self.found.saddles.len(),
+                "{rare} of {} {} met by one search or by none: more may be missing{}",
+                counted(self.found.distinct_saddles().count(), "saddle"),
+                if rare == 1 { "was" } else { "were" },
                 if stopped {
                     ""
                 } else {
@@ -353,10 +355,19 @@ impl SurfaceReport<'_> {
         let [minima, saddles] = self.degenerate();
         if minima + saddles > 0 {
             warnings.push(format!(
-                "{minima} minima and {saddles} saddles are not isolated (`degenerate` in the tables): each stands for a ring, \
-                 a trough or a plateau. Separate ones of one energy are told apart only if descents from between them end on both \
-                 sides of a ridge, so that some may have been counted as one"
+                "{} and {} are not isolated (`degenerate` in the tables): each stands for a ring, a trough or a plateau. Points of \
+                 one energy count as one if a walk along the level directions joins them. Otherwise they are told apart only if \
+                 descents from between them end on both sides of a ridge, so that some may have been counted as one",
+                counted(minima, "minimum"),
+                counted(saddles, "saddle")
             ));
+        }
+        if self.found.distinct_saddles().count() < self.found.saddles.len() {
+            warnings.push(
+                "more than two valleys meet in a saddle whose curvatures vanish: it is listed once for each valley but one, and \
+                 its rows after the first are `duplicate` in the tables. Rates over it are not harmonic"
+                    .to_owned(),
+            );
         }
         let [minima, saddles] = self.on_faces();
         if minima + saddles > 0 {
@@ -368,7 +379,7 @@ impl SurfaceReport<'_> {
         warnings.extend(no_minima(self.found));
         if components > 1 && self.lowest.is_none() {
             warnings.push(format!(
-                "no saddle was found between {components} groups of minima. A ridge where two pieces of the energy meet in a \
+                "no saddle was found between {components} components of minima. A ridge where two pieces of the energy meet in a \
                  kink has none that can be verified, and neither has a jump or a gap of the domain; otherwise one is missing"
             ));
         }
@@ -418,26 +429,29 @@ impl SurfaceReport<'_> {
     fn what_was_found(&self) -> [String; 2] {
         let found = self.found;
         let loops = found
-            .saddles
-            .iter()
+            .distinct_saddles()
             .filter(|saddle| saddle.ends[0] == saddle.ends[1]);
         // Pairs far above the lowest minima, which were met by the way, hang in the air.
+        let groups = &self.landscape.groups;
         let components = match self.lowest {
             Some(_) => String::new(),
             None => format!(
-                "; {}",
-                counted(self.landscape.tree.roots.len(), "component")
+                "; {}; {} (relative barrier up to {})",
+                counted(self.landscape.tree.roots.len(), "component"),
+                counted(groups.members.len(), "group"),
+                Digits::of([groups.barrier]).show(groups.barrier)
             ),
         };
         let degenerate = match self.degenerate().iter().sum() {
             0 => String::new(),
+            1 => "; **1 of them is not isolated**: a ring, a trough or a plateau".to_owned(),
             some => format!("; **{some} of them are not isolated**: rings, troughs or plateaus"),
         };
         [
             format!(
-                "- **{} minima** and **{} saddles**, {} of which join two copies of one minimum{components}",
-                found.minima.len(),
-                found.saddles.len(),
+                "- **{}** and **{}**, {} of which join two copies of one minimum{components}",
+                counted(found.minima.len(), "minimum"),
+                counted(found.distinct_saddles().count(), "saddle"),
                 loops.count(),
             ),
             format!(
@@ -457,12 +471,14 @@ impl SurfaceReport<'_> {
         };
         [
             format!(
-                "- {} searches, {} of which ended at a saddle; the last new point came with search {}",
-                coverage.searches, coverage.arrived, coverage.last_new
+                "- {}, {} of which ended at a saddle; the last new point came with search {}",
+                counted(coverage.searches, "search"),
+                coverage.arrived,
+                coverage.last_new
             ),
             format!(
-                "- minima: {} descents from random points ended in {} of them{others}",
-                coverage.draws,
+                "- minima: {} from random points ended in {} of them{others}",
+                counted(coverage.draws, "descent"),
                 found.minima.len() - coverage.undrawn,
             ),
             format!(
@@ -531,7 +547,7 @@ impl SurfaceReport<'_> {
         lines.extend(rows.take(SHOWN).map(|(id, ((minimum, audit), joined))| {
             format!(
                 "| m{id}{} | {} | {} | {} |",
-                isolation(audit),
+                mark(audit),
                 digits.show(minimum.energy),
                 joined.map_or_else(String::new, |height| digits.show(height)),
                 softest(audit).map_or_else(String::new, |curvature| curvatures.show(curvature))
@@ -552,7 +568,7 @@ impl SurfaceReport<'_> {
             format!(
                 "| {}{} | m{}, m{} | {} | {} |",
                 digits.show(saddle.energy),
-                isolation(&saddle.audit),
+                mark(&saddle.audit),
                 saddle.ends[0].0,
                 saddle.ends[1].0,
                 negative(saddle).map_or_else(String::new, |curvature| curvatures.show(curvature)),
@@ -576,12 +592,12 @@ fn no_minima(found: &Exploration) -> Vec<String> {
         .collect()
 }
 
-/// Mark for a point that is not isolated.
-fn isolation(audit: &Audit) -> &'static str {
-    if audit.verdict == Verdict::Degenerate {
-        " (not isolated)"
-    } else {
-        ""
+/// Mark for a point that is not isolated, or the saddle of an earlier row.
+fn mark(audit: &Audit) -> &'static str {
+    match audit.verdict {
+        Verdict::Degenerate => " (not isolated)",
+        Verdict::Duplicate => " (the same saddle)",
+        _ => "",
     }
 }
 

@@ -140,8 +140,10 @@ impl SurfaceMapReport<'_> {
         let files = self.files(&mapped, &merges, &uncertainty);
         let minima = self.found.landscape.network.node_count();
         let title = format!(
-            "{}: {minima} minima from {} points",
-            self.subject.name, self.found.starts
+            "{}: {} from {}",
+            self.subject.name,
+            counted(minima, "minimum"),
+            counted(self.found.starts, "point")
         );
         let titles = Titles::of_surface(title, "starting points", self.found.settings.seed);
         let difference = CURVATURE_STEP * self.found.settings.path.max_step;
@@ -225,11 +227,10 @@ impl SurfaceMapReport<'_> {
         let counts = &files.manifest.counts;
         let digits = Digits::of(files.minima.iter().map(|minimum| minimum.energy));
         let mut text = format!(
-            "# {}\n\n- **{} minima** from {} points, {} tried, {}\n- {} (relative barrier up to \
-             {})\n- {} evaluations of the energy\n",
+            "# {}\n\n- **{}** from {}, {} tried, {}\n- {} (relative barrier up to {})\n- {} evaluations of the energy\n",
             self.subject.name,
-            counts.minima,
-            self.found.starts,
+            counted(landscape.network.node_count(), "minimum"),
+            counted(self.found.starts, "point"),
             counted(files.edges.len(), "pair"),
             counted(landscape.tree.roots.len(), "component"),
             counted(landscape.groups.members.len(), "group"),

@@ -10,7 +10,7 @@ use super::error::StudyError;
 use super::network_of_states::NetworkOfStates;
 use crate::figure::chart::{Axis, Chart, Mark, Panel, Series};
 use crate::figure::{MAKER, leaves_of};
-use crate::printable::printable;
+use crate::printable::{counted, printable};
 use crate::thermal::{
     Funnels, SAME, Superposition, count_superbasins, frustration, range_of_energies, superbasins,
 };
@@ -348,7 +348,7 @@ impl<'a> Thermodynamics<'a> {
         let mut text = format!(
             "# {}: thermodynamics\n\nHarmonic superposition of {}. {level}. ",
             states.name,
-            counted_minima(states.database.minima.len()),
+            counted(states.database.minima.len(), "minimum"),
         );
         match states.database.vibrational_modes {
             Some(modes) => {
@@ -493,13 +493,6 @@ fn decade_of(range: f64) -> i32 {
         exponents.rev().find(is_below).unwrap_or(-280)
     } else {
         0
-    }
-}
-
-fn counted_minima(count: usize) -> String {
-    match count {
-        1 => "1 minimum".to_owned(),
-        count => format!("{count} minima"),
     }
 }
 

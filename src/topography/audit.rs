@@ -18,6 +18,10 @@ const REACH: f64 = 10.0;
 /// constant over the whole step are tested too: at the edge of a plateau the curvature of the other side tells nothing. A
 /// direction that is merely soft leads back to the same point.
 const SOFT: f64 = 1e-6;
+/// Directions in which the slope on one side, at this fraction of the distance tolerance, is below `EDGE` of that on the other
+/// side are tested too: a flat set may end there.
+const NEAR: f64 = 0.1;
+const EDGE: f64 = 0.25;
 /// Greatest number of steps of this test.
 const STEPS: usize = 50;
 
@@ -242,15 +246,27 @@ fn is_level(
         })
     };
     let soft = SOFT * modes.stiffest();
+    let near = NEAR * settings.sameness.distance;
     let as_high = |energy: f64| (energy - height).abs() <= settings.sameness.energy;
     let mut gradient = vec![0.0; piece.space().tangents()];
     let mut directions = modes.curvatures.iter().zip(&modes.tangents);
     directions.any(|(curvature, tangent)| {
-        [reach, -reach].iter().any(|length| {
+        let at = |length: f64| {
             let mut step = tangent.clone();
-            scale(&mut step, *length);
-            let beside = piece.moved(x, &step);
-            (curvature.abs() <= soft || as_high(piece.evaluate(&beside, &mut gradient)))
+            scale(&mut step, length);
+            piece.moved(x, &step)
+        };
+        let slopes = [near, -near].map(|length| {
+            piece.evaluate(&at(length), &mut gradient);
+            dot(&gradient, tangent).abs()
+        });
+        let is_edge = slopes[0].min(slopes[1]) <= EDGE * slopes[0].max(slopes[1]);
+        [reach, -reach].iter().any(|length| {
+            let beside = at(*length);
+            let is_tested = is_edge
+                || curvature.abs() <= soft
+                || as_high(piece.evaluate(&beside, &mut gradient));
+            is_tested
                 && again(&beside).is_some_and(|(there, energy)| {
                     as_high(energy) && !piece.space().within(x, &there, settings.sameness.distance)
                 })

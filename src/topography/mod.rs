@@ -54,6 +54,8 @@ pub use rarefaction::{Completeness, LEAST_MEMBERS, Rarefaction, Rarefied};
 pub use scales::Scales;
 #[cfg(feature = "cli")]
 pub(crate) use scales::median;
+#[cfg(feature = "cli")]
+pub(crate) use search::mark_branches;
 pub use search::{
     Coverage, Doubt, Draw, Exploration, LowestReport, LowestSettings, LowestTrace, Refused,
     SearchEnd, SearchSettings, SizeProbe, TransitionState, explore, explore_from, explore_lowest,

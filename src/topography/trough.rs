@@ -11,6 +11,8 @@ const LEVEL: f64 = 1e-4;
 const RETURNS: usize = 12;
 /// Length of a step of a walk as a fraction of the distance between its ends: a ring has at least 25 steps around it.
 const STEP: f64 = 0.125;
+/// Length of the step from the end of a trough into it, in distance tolerances.
+const INWARD: f64 = 10.0;
 /// Greatest number of steps of a walk in one sense.
 const STEPS: usize = 96;
 
@@ -23,11 +25,11 @@ pub(super) struct Place {
 
 impl Place {
     /// The level directions, as orthonormal scaled tangents.
-    fn level(&self) -> Vec<&Vec<f64>> {
+    fn level(&self) -> Vec<Vec<f64>> {
         let most = LEVEL * self.modes.stiffest();
         let modes = self.modes.curvatures.iter().zip(&self.modes.tangents);
         let level = modes.filter(|(curvature, _)| curvature.abs() <= most);
-        level.map(|(_, tangent)| tangent).collect()
+        level.map(|(_, tangent)| tangent.clone()).collect()
     }
 }
 
@@ -66,7 +68,23 @@ pub(super) fn settle(
     None
 }
 
-/// Whether a walk along the level directions leads from the stationary point `from` to `to`, always at the height of `from`.
+/// The minimum `from` as a place of its set. At the end of a trough no direction is level, so that place is a step inward.
+fn beginning(piece: &Piece<'_>, from: &[f64], gap: f64, settings: &AuditSettings) -> Option<Place> {
+    let start = settle(piece, from, gap, settings)?;
+    if !start.level().is_empty() {
+        return Some(start);
+    }
+    let inward = |length: f64| {
+        let mut step = start.modes.tangents.first()?.clone();
+        scale(&mut step, length);
+        let place = settle(piece, &piece.moved(&start.x, &step), gap, settings)?;
+        (!place.level().is_empty()).then_some(place)
+    };
+    let length = INWARD * settings.sameness.distance;
+    inward(length).or_else(|| inward(-length))
+}
+
+/// Whether a walk along the level directions leads from the minimum `from` to `to`, always at the height of `from`.
 /// `arrived` tells whether the rest of the way, from a point to `to`, is level.
 ///
 /// Along a single level direction it walks in both senses, so it follows every bend. Where there are several, it walks
@@ -79,73 +97,61 @@ pub(super) fn joins(
     arrived: &dyn Fn(&[f64]) -> bool,
 ) -> bool {
     let gap = piece.space().distance(from, to);
-    let Some(start) = settle(piece, from, gap, settings) else {
+    let Some(start) = beginning(piece, from, gap, settings) else {
         return false;
     };
     let senses: &[f64] = match start.level().len() {
-        0 => &[],
         1 => &[1.0, -1.0],
         _ => &[1.0],
     };
     senses.iter().any(|sense| {
-        let mut sense = *sense;
+        let mut heading = start.level()[0].clone();
+        scale(&mut heading, *sense);
         let mut toward = vec![0.0; piece.space().tangents()];
         let mut rest = piece.space().log(&start.x, to, &mut toward);
-        let mut at = start.x.clone();
-        let mut level: Vec<Vec<f64>> = start.level().into_iter().cloned().collect();
-        let mut before: Option<Vec<f64>> = None;
+        let (mut at, mut level) = (start.x.clone(), start.level());
         for _ in 0..STEPS {
             if arrived(&at) {
                 return true;
             }
-            let mut step = match (&level[..], before.take()) {
-                ([], _) => return false,
-                ([only], None) => {
-                    let mut step = only.clone();
-                    scale(&mut step, sense);
-                    step
-                }
-                ([only], Some(last)) => {
-                    sense = dot(only, &last).signum();
-                    let mut step = only.clone();
-                    scale(&mut step, sense);
-                    step
-                }
-                (several, _) => {
-                    let wanted = piece.scaled(&toward);
-                    let mut step = vec![0.0; wanted.len()];
-                    for tangent in several {
-                        add(&mut step, dot(&wanted, tangent), tangent);
-                    }
-                    let length = norm(&step);
-                    if length <= 0.0 {
-                        return false;
-                    }
-                    scale(&mut step, length.recip());
-                    step
-                }
+            // A single level direction leads on, whatever the bend.
+            let leads_on = level.len() == 1;
+            let wanted = if leads_on {
+                heading
+            } else {
+                piece.scaled(&toward)
             };
-            let direction = step.clone();
-            let length = (STEP * gap).min(0.5 * rest);
+            let Some(step) = within(&level, &wanted) else {
+                return false;
+            };
+            heading = step;
+            let mut step = heading.clone();
             // In plain tangents, a step has the length of the metric.
             let plain = norm(&times(&step, &piece.scales));
+            let length = (STEP * gap).min(0.5 * rest);
             scale(&mut step, length / plain.max(f64::MIN_POSITIVE));
             let beside = piece.moved(&at, &step);
             let Some(next) = settle(piece, &beside, norm(&step), settings) else {
                 return false;
             };
-            if (next.energy - start.energy).abs() > settings.sameness.energy {
-                return false;
-            }
             let left = piece.space().log(&next.x, to, &mut toward);
-            if level.len() > 1 && left >= rest {
+            let is_level = (next.energy - start.energy).abs() <= settings.sameness.energy;
+            if !is_level || (!leads_on && left >= rest) {
                 return false;
             }
-            rest = left;
-            level = next.level().into_iter().cloned().collect();
-            before = Some(direction);
-            at = next.x;
+            (rest, level, at) = (left, next.level(), next.x);
         }
         false
     })
+}
+
+/// The unit vector of the part of `wanted` within the orthonormal `directions`; `None` if it has none.
+fn within(directions: &[Vec<f64>], wanted: &[f64]) -> Option<Vec<f64>> {
+    let mut part = vec![0.0; wanted.len()];
+    for direction in directions {
+        add(&mut part, dot(wanted, direction), direction);
+    }
+    let length = norm(&part);
+    scale(&mut part, length.recip());
+    (length > 0.0).then_some(part)
 }

@@ -187,7 +187,7 @@ fn a_box_keeps_its_points() {
         let known = ["--from", from, "--no-report", "-o", "again"];
         let text = desk.succeed(&[&arguments[..], &known, &["--force"]].concat());
         // Four more saddles of the unrolled box are mirror images, which join a minimum to itself.
-        assert!(text.contains("**2 minima** and **1 saddles**"), "{text}");
+        assert!(text.contains("**2 minima** and **1 saddle**"), "{text}");
         assert!(text.contains("Minima there: 2; saddles there: 1"), "{text}");
     }
 }

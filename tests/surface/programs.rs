@@ -353,8 +353,11 @@ fn rings_and_kinks_are_told() {
     let arguments = ["--region=-2:2x2", "--patience", "8"];
     let said = desk.succeed(&[&["--command", &ring, "-o", "ring"][..], &arguments].concat());
     for part in [
-        "**1 minima** and **0 saddles**",
-        "**1 of them are not isolated**",
+        "**1 minimum** and **0 saddles**",
+        "1 component; 1 group (relative barrier up to",
+        "**1 of them is not isolated**",
+        "1 minimum and 0 saddles are not isolated",
+        "a walk along the level directions joins them",
         "| m0 (not isolated) |",
         "nothing is claimed, since rings",
     ] {
@@ -388,6 +391,39 @@ fn rings_and_kinks_are_told() {
     }
     let told = fs::read_to_string(desk.path("ridge/landscape.json")).unwrap();
     assert!(told.contains("\"unseen_below\": null"), "{told}");
+}
+
+/// Two rows of one saddle, which joins three minima.
+#[test]
+fn a_monkey_saddle_is_one() {
+    if !python() {
+        return;
+    }
+    let desk = Desk::new();
+    let monkey = program(
+        &desk,
+        "monkey.py",
+        "s = x * x + y * y\nenergy = x ** 3 - 3 * x * y * y + s * s\n\
+         gradient = [3 * (x * x - y * y) + 4 * s * x, 4 * s * y - 6 * x * y]",
+    );
+    let arguments = ["--region=-1:1x2", "--patience", "8", "-o", "monkey"];
+    let said = desk.succeed(&[&["--command", &monkey][..], &arguments].concat());
+    for part in [
+        "**3 minima** and **1 saddle**, 0 of which",
+        "(the same saddle) |",
+        "more than two valleys meet in a saddle",
+    ] {
+        assert!(said.contains(part), "`{part}` is missing in: {said}");
+    }
+    let rows = StationaryRow::read(&desk.path("monkey")).unwrap();
+    let verdicts: Vec<&str> = rows.iter().map(|row| row.verdict.as_str()).collect();
+    assert_eq!(verdicts, ["sound", "sound", "sound", "sound", "duplicate"]);
+    let mut rates = Command::new(env!("CARGO_BIN_EXE_landscape"));
+    rates.args(["rates", "monkey", "--from", "m0", "--to", "m1"]);
+    rates.args(["--temperature", "0.1"]);
+    let output = rates.current_dir(desk.folder.path()).output().unwrap();
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains("more than two valleys meet there"), "{said}");
 }
 
 #[test]

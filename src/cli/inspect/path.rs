@@ -12,6 +12,7 @@ use crate::cli::output::{check_file, is_scene};
 use crate::cli::printing::{complain, print, print_json};
 use crate::grasp::GraspEnergy;
 use crate::limits::PICTURES;
+use crate::printable::numbered;
 use crate::store::{EdgeRow, FileSet, LandscapeFiles};
 use crate::study::{GraspSetting, MinimaxPath, Waypoint};
 use crate::topography::MinimumId;
@@ -87,10 +88,7 @@ fn minimum(files: &LandscapeFiles, name: &str) -> anyhow::Result<MinimumId> {
     let (kind, number) = name.split_at_checked(1).unwrap_or((name, ""));
     match (kind, number.parse::<usize>()) {
         ("m", Ok(number)) if number < count => Ok(MinimumId(number)),
-        ("m", Ok(_)) => bail!(
-            "--path {name}: there are {count} minima, m0 to m{}",
-            count - 1
-        ),
+        ("m", Ok(_)) => bail!("--path {name}: {}", numbered(count, "minimum", 'm')),
         ("g", Ok(number)) => {
             let mut rows = files.minima.iter();
             let place = rows.position(|row| row.group == number as u64);

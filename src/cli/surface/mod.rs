@@ -127,7 +127,8 @@ enum Coordinates {
     /// Numbers that never leave the region: a minimum may lie on a face, an edge or a corner of it.
     Box,
     /// Numbers that wrap: each with the length of its side of the region as its period. With --elements they are positions
-    /// of atoms, and those of one element are renumbered.
+    /// of atoms, and those of one element are renumbered. Copies moved as a whole differ: keep one atom fixed by leaving its
+    /// coordinates out.
     Periodic,
     /// Positions x, y, z of atoms among others that stay, such as a surface: those of one element (--elements) are
     /// renumbered, and moved copies differ.

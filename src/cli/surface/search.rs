@@ -9,6 +9,7 @@ use clap::{Args, ValueEnum, ValueHint};
 
 use crate::cli::args::within;
 use crate::limits::{BUDGET, LOWEST, REGION};
+use crate::printable::counted;
 use crate::store::{StationaryRow, content_hash};
 use crate::topography::exchange::{points_of_text, read_points};
 use crate::topography::{LowestSettings, SearchSettings, SizeProbe};
@@ -115,10 +116,11 @@ impl Extent {
         for (row, point) in points.iter().enumerate() {
             ensure!(
                 point.len() == coordinates,
-                "--from {}: point {} has {} numbers, and the surface has {coordinates} coordinates",
+                "--from {}: point {} has {}, and the surface has {}",
                 path.display(),
                 row + 1,
-                point.len()
+                counted(point.len(), "number"),
+                counted(coordinates, "coordinate")
             );
             for number in point {
                 within(

@@ -7,6 +7,7 @@ use super::mapping::Mapping;
 use super::{Published, Read, finite};
 use crate::formats::array::Numbers;
 use crate::formats::pickle::{Heap, Id, Node};
+use crate::printable::counted;
 use crate::space::Pose;
 
 /// Largest accepted deviation of a quaternion from unit length.
@@ -169,7 +170,10 @@ fn of_row(row: &[f64], hand: &[String], mapping: &Mapping) -> Result<Published, 
 fn isometry(pose: &[f64], what: &str) -> Result<Isometry3<f64>, String> {
     finite(pose, what)?;
     let [x, y, z, qw, qx, qy, qz] = *pose else {
-        return Err(format!("{what} holds {} numbers, expected 7", pose.len()));
+        return Err(format!(
+            "{what} holds {}, expected 7",
+            counted(pose.len(), "number")
+        ));
     };
     let quaternion = Quaternion::new(qw, qx, qy, qz);
     if (quaternion.norm() - 1.0).abs() > UNIT_TOLERANCE {

@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 
+use crate::printable::counted;
 use crate::store::{LandscapeFiles, Manifest};
 use crate::study::median;
 use crate::topography::{Evidence, Node, Tree, support};
@@ -152,7 +153,7 @@ fn searched(manifest: &Manifest) -> Option<Statement> {
     );
     let (chance, once) = (
         coverage["chance_of_news"].as_f64()?,
-        coverage["once"].as_u64()?,
+        usize::try_from(coverage["once"].as_u64()?).ok()?,
     );
     let doubted = !coverage["doubt"].is_null();
     Some(Statement {
@@ -163,8 +164,10 @@ fn searched(manifest: &Manifest) -> Option<Statement> {
         },
         short: format!("nothing new after search {last_new} of {searches}"),
         long: format!(
-            "{searches} searches were made, and the last new minimum or saddle came with search {last_new}. {once} saddles \
-             were met only once.{}{}",
+            "{searches} searches were made, and the last new minimum or saddle came with search {last_new}. {} {} \
+             met only once.{}{}",
+            counted(once, "saddle"),
+            if once == 1 { "was" } else { "were" },
             if coverage["planned"].as_u64().unwrap_or(0) > 0 || coverage["arrived"] == 0 {
                 String::new()
             } else {

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::basins::{Basins, NamedLandscape};
 use crate::evaluation::taxonomy::Taxonomy;
+use crate::printable::counted;
 use crate::study::GroupLevel;
 use crate::study::error::StudyError;
 
@@ -137,13 +138,13 @@ impl Side {
         let types = taxonomy.types.iter();
         let listed = types.filter(|entry| self.types.contains_key(&entry.name));
         format!(
-            "- {}: {} of 33 types, {} of {} cells, {} minima in {} groups (relative barrier up to {})\n",
+            "- {}: {} of 33 types, {} of {} cells, {} in {} (relative barrier up to {})\n",
             self.basins.name,
             listed.count(),
             self.cells.len(),
             taxonomy.cells().len(),
-            self.basins.minima.len(),
-            self.basins.groups,
+            counted(self.basins.minima.len(), "minimum"),
+            counted(self.basins.groups, "group"),
             self.level
         )
     }

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Database, MinimumEntry, TransitionStateEntry, Vibrations};
+use crate::printable::counted;
 
 /// The program whose layout the files have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,8 +92,8 @@ pub enum ExchangeError {
     },
     /// A transition state joins a minimum that does not exist.
     #[error(
-        "{file}, line {line}, field {field}: there is no minimum {number} in min.data, which holds {count} minima, \
-         counted from {from}"
+        "{file}, line {line}, field {field}: there is no minimum {number} in min.data, which holds {}, counted from {from}",
+        counted(*count, "minimum")
     )]
     NoSuchMinimum {
         /// `ts.data`.

@@ -1,7 +1,7 @@
 //! The distinct minima and saddles found so far, and how often each saddle was met.
 
 use super::coverage::{Counts, Coverage, Doubt};
-use super::flat::{Bottom, same_bottom};
+use super::flat::{Bottom, same_bottom, same_saddle};
 use super::outcome::{Outcome, SearchEnd};
 use super::{Exploration, SearchSettings};
 use crate::energy::Energy;
@@ -35,6 +35,25 @@ pub struct TransitionState {
     pub hits: usize,
     /// Its audit.
     pub audit: Audit,
+}
+
+/// Marks the entries of a saddle after its first one as duplicates of that: more than two valleys meet there. The saddles are
+/// sorted by energy.
+pub(crate) fn mark_branches(saddles: &mut [TransitionState]) {
+    for k in 0..saddles.len() {
+        let (earlier, others) = saddles.split_at_mut(k);
+        let saddle = &mut others[0];
+        let level = earlier.partition_point(|other| other.energy < saddle.energy);
+        let mut alike = earlier[level..].iter();
+        let first = alike.position(|other| other.coordinates == saddle.coordinates);
+        if first.is_some() {
+            saddle.audit.verdict = Verdict::Duplicate;
+        } else if saddle.audit.verdict == Verdict::Duplicate {
+            // The entry that was the first one is listed no more.
+            saddle.audit.verdict = Verdict::Sound;
+        }
+        saddle.audit.duplicate_of = first.map(|first| level + first);
+    }
 }
 
 /// A stationary point of a descent or a climb that failed its audit.
@@ -131,6 +150,16 @@ pub(super) struct Found {
     hits: usize,
     audit: Audit,
     reach: f64,
+}
+
+impl Found {
+    fn point(&self) -> Bottom<'_> {
+        Bottom {
+            x: &self.x,
+            energy: self.energy,
+            audit: &self.audit,
+        }
+    }
 }
 
 impl Census {
@@ -320,9 +349,27 @@ impl Census {
         if there.any(|saddle| saddle.ends.contains(&to)) {
             return SearchEnd::Arrived;
         }
+        // Where a flat bottom ends, rounding makes saddles of its points.
+        let bottom = &self.minima[from];
+        let rise = height - bottom.energy;
+        if from == to && bottom.bottom().is_degenerate() && rise <= self.sameness.energy {
+            return SearchEnd::Flat;
+        }
         let Some(audit) = self.passed(energy, &x, 1) else {
             return SearchEnd::Index;
         };
+        let alike = self.by_energy[1].near(height, self.sameness.energy);
+        let alike = alike.map(|k| (k, self.saddles[k].point()));
+        let new = Bottom {
+            x: &x,
+            energy: height,
+            audit: &audit,
+        };
+        let is_first = place == self.saddles.len();
+        if let Some(known) = same_saddle(energy, &new, alike, &self.audit).filter(|_| is_first) {
+            self.hit(known, hits);
+            return SearchEnd::Arrived;
+        }
         if audit.verdict == Verdict::Degenerate {
             let joins = |ends: [usize; 2]| ends == [from, to] || ends == [to, from];
             let of_its_set = (self.by_energy[1].near(height, self.sameness.energy)).find(|k| {
@@ -411,7 +458,9 @@ impl Census {
         planned: Option<usize>,
     ) -> Exploration {
         let stopped = planned.is_some();
-        let hits: Vec<usize> = self.saddles.iter().map(|saddle| saddle.hits).collect();
+        let saddles = self.saddles.iter().enumerate();
+        let places = saddles.filter(|(number, saddle)| saddle.place == *number);
+        let hits: Vec<usize> = places.map(|(_, saddle)| saddle.hits).collect();
         let draws: Vec<usize> = self.minima.iter().map(|known| known.draws.len()).collect();
         let coverage = Coverage::new(&Counts {
             searches: self.searches,
@@ -433,7 +482,7 @@ impl Census {
         }
         let mut saddles: Vec<Option<Found>> = self.saddles.into_iter().map(Some).collect();
         let by_energy = self.by_energy[1].0.iter();
-        let saddles = by_energy
+        let mut saddles: Vec<TransitionState> = by_energy
             .filter_map(|(_, old)| saddles[*old].take())
             .map(|found| {
                 let ends = found.ends.map(|end| MinimumId(number[end]));
@@ -453,6 +502,7 @@ impl Census {
                 }
             })
             .collect();
+        mark_branches(&mut saddles);
         let (mut minima, mut audits) = (Vec::new(), Vec::new());
         let mut known: Vec<Option<Known>> = self.minima.into_iter().map(Some).collect();
         for minimum in order.iter().filter_map(|old| known[*old].take()) {

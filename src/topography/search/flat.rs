@@ -13,6 +13,8 @@ use crate::topography::trough::joins;
 /// Ends of descents where the softest curvature is below this fraction of the stiffest may lie farther from the minimum than
 /// the distance tolerance: along xⁿ the gradient is below 10⁻⁸ where the curvature is below 10⁻⁵, for n ≥ 5.
 const SOFT: f64 = 1e-4;
+/// A curvature vanishes if at the tolerance of distance its gradient is at most so many tolerances.
+const LOOSE: f64 = 10.0;
 /// Rise of the energy on a line that is level, in energy tolerances, and relative to the energy (rounding).
 const RISE: f64 = 1e-4;
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
@@ -39,8 +41,15 @@ pub(super) struct Bottom<'a> {
 }
 
 impl Bottom<'_> {
-    fn is_degenerate(&self) -> bool {
+    pub(super) fn is_degenerate(&self) -> bool {
         self.audit.verdict == Verdict::Degenerate
+    }
+
+    /// Whether a gradient within its tolerance hardly tells where the point is.
+    fn is_loose(&self, settings: &AuditSettings) -> bool {
+        let slope = |curvature: &f64| curvature.abs() * settings.sameness.distance;
+        let mut curvatures = self.audit.curvatures.iter();
+        curvatures.any(|curvature| slope(curvature) <= LOOSE * settings.gradient_tolerance)
     }
 
     fn is_flat(&self) -> bool {
@@ -92,6 +101,25 @@ pub(super) fn same_bottom<'a>(
     Some(*number)
 }
 
+/// The known saddle, if any, of which the saddle `new` is another point; `known` are those of nearly its energy with their
+/// numbers. Where curvatures vanish, searches end anywhere near the saddle. The energy on the line between two such ends
+/// neither rises nor falls.
+pub(super) fn same_saddle<'a>(
+    energy: &dyn Energy,
+    new: &Bottom<'_>,
+    known: impl Iterator<Item = (usize, Bottom<'a>)>,
+    settings: &AuditSettings,
+) -> Option<usize> {
+    let ground = Ground { energy, settings };
+    let mut loose = known.filter(|(_, saddle)| saddle.is_loose(settings));
+    let here = (new.x, new.energy);
+    let is_same = |saddle: &Bottom<'_>| ground.is_even(here, (saddle.x, saddle.energy));
+    let same = new
+        .is_loose(settings)
+        .then(|| loose.find(|(_, saddle)| is_same(saddle)));
+    same.flatten().map(|(number, _)| number)
+}
+
 /// The energy and what counts as level.
 struct Ground<'a> {
     energy: &'a dyn Energy,
@@ -101,18 +129,34 @@ struct Ground<'a> {
 impl Ground<'_> {
     /// Whether the energy on the line between two points never rises above the higher one.
     fn is_level(&self, a: (&[f64], f64), b: (&[f64], f64)) -> bool {
+        let higher = a.1.max(b.1);
+        let most = higher + self.noise(higher);
+        self.all_between(a.0, b.0, |height| height <= most)
+    }
+
+    /// Whether the energy on the line between two points neither rises nor falls.
+    fn is_even(&self, a: (&[f64], f64), b: (&[f64], f64)) -> bool {
+        let most = (a.1 - b.1).abs() + self.noise(a.1);
+        self.all_between(a.0, b.0, |height| (height - a.1).abs() <= most)
+    }
+
+    /// Difference between energies on a level line.
+    fn noise(&self, height: f64) -> f64 {
+        RISE * self.settings.sameness.energy + ROUNDING * height.abs()
+    }
+
+    /// Whether this holds for the energies on the line between two points.
+    fn all_between(&self, a: &[f64], b: &[f64], holds: impl Fn(f64) -> bool) -> bool {
         let space = self.energy.space();
         let mut tangent = vec![0.0; space.tangents()];
-        let distance = space.log(a.0, b.0, &mut tangent);
-        let higher = a.1.max(b.1);
-        let most = higher + RISE * self.settings.sameness.energy + ROUNDING * higher.abs();
+        let distance = space.log(a, b, &mut tangent);
         let [mut parts, greatest] = PARTS;
         while parts < greatest && distance > PART * self.settings.sameness.distance * parts as f64 {
             parts *= 2;
         }
         let mut gradient = vec![0.0; tangent.len()];
         let mut height = |part: usize| {
-            let (mut x, mut step) = (a.0.to_vec(), tangent.clone());
+            let (mut x, mut step) = (a.to_vec(), tangent.clone());
             scale(&mut step, part as f64 / parts as f64);
             space.exp(&mut x, &step);
             self.energy.evaluate(&x, &mut gradient)
@@ -121,7 +165,7 @@ impl Ground<'_> {
         let mut between = (0..parts)
             .map(|part| (part + parts / 2) % parts)
             .filter(|part| *part > 0);
-        between.all(|part| height(part) <= most)
+        between.all(|part| holds(height(part)))
     }
 
     /// Whether a walk along the set of one of the points leads to the other.

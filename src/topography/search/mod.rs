@@ -19,6 +19,8 @@ mod task;
 use std::collections::{BTreeMap, VecDeque};
 
 use census::Census;
+#[cfg(feature = "cli")]
+pub(crate) use census::mark_branches;
 pub use census::{Refused, TransitionState};
 pub use coverage::{Coverage, Doubt};
 pub use funnels::{
@@ -33,7 +35,7 @@ pub use settings::SearchSettings;
 pub use start::in_box;
 use start::{Gait, Start};
 
-use super::audit::Audit;
+use super::audit::{Audit, Verdict};
 use super::journal::{JournalError, Run};
 use super::network::Minimum;
 use super::{Phase, Tally};
@@ -50,7 +52,8 @@ pub struct Exploration {
     pub minima: Vec<Minimum>,
     /// The audit of each minimum.
     pub audits: Vec<Audit>,
-    /// Distinct saddles, lowest first. A saddle where n > 2 valleys meet is listed n − 1 times, with different ends.
+    /// Distinct saddles, lowest first. A saddle where n > 2 valleys meet is listed n − 1 times, with different ends; the
+    /// audits of all but the first say of which one they are duplicates.
     pub saddles: Vec<TransitionState>,
     /// Points that failed their audit.
     pub refused: Vec<Refused>,
@@ -64,6 +67,14 @@ pub struct Exploration {
     pub stopped: bool,
 }
 
+impl Exploration {
+    /// The saddles, each once, however many valleys meet there.
+    pub fn distinct_saddles(&self) -> impl Iterator<Item = &TransitionState> {
+        let saddles = self.saddles.iter();
+        saddles.filter(|saddle| saddle.audit.verdict != Verdict::Duplicate)
+    }
+}
+
 /// Explores a smooth surface, given only its energy and random points.
 ///
 /// Single-ended searches (eigenvector following) climb along every mode of every minimum in both directions, and then from
@@ -72,8 +83,9 @@ pub struct Exploration {
 /// distance modulo the symmetry of the space. The search ends when `patience` searches for every point found brought
 /// nothing new. Minima that no saddle joins are then joined by relaxed paths if possible, and the search continues from
 /// what those find. No expected number of points is used. Rings, troughs and plateaus consist of points that are not
-/// isolated; each is represented by the first point found. Two of one energy are apart if descents from between their points
-/// end on both sides of a ridge. Where these descents end elsewhere, both count as one.
+/// isolated; each is represented by the first point found. Two of one energy are one if a walk along level directions joins them,
+/// and apart if descents from between their points end on both sides of a ridge. Where these descents end elsewhere, both count
+/// as one.
 ///
 /// The result depends on the settings and the seed, not on the number of threads or interruptions. An energy with discrete
 /// choices has passes on seams, which this search does not find: see [`build_landscape`](super::build_landscape).

@@ -65,7 +65,7 @@ impl SearchSettings {
             steps: 80,
             modes: 1000,
             batch: 32,
-            patience: 80,
+            patience: 120,
             max_searches: 100_000,
             join_rounds: 2,
             paths: PathMethod::default(),

@@ -125,13 +125,14 @@ impl Searcher<'_> {
             return self.anywhere(id, rng);
         }
         let minimum = &census.minima[rng.random_range(0..census.minima.len())];
-        // Each kind of start meets some saddles that the others meet ten times less often.
-        match rng.random_range(0..8) {
-            0..=2 => self.anywhere(id, rng),
-            kind @ 3..=6 if !minimum.modes.is_empty() => {
+        // Each kind of start meets some saddles that the others meet ten times less often. Of the rarest ones, steps along
+        // modes meet most for each evaluation, and random points, with their descents, cost three times as much.
+        match rng.random_range(0..16) {
+            0..=1 => self.anywhere(id, rng),
+            kind @ 2..=11 if !minimum.modes.is_empty() => {
                 let mut step = minimum.modes[rng.random_range(0..minimum.modes.len())].clone();
                 scale(&mut step, self.reach(census) * rng.random_range(FAR));
-                Place::new(self.moved(&minimum.x, &step), (kind < 6).then_some(step))
+                Place::new(self.moved(&minimum.x, &step), (kind < 10).then_some(step))
             }
             _ if census.saddles.is_empty() => {
                 Place::new(self.moved(&minimum.x, &self.kick(census, rng)), None)
