@@ -36,7 +36,11 @@ pub(super) fn are_in(folder: &Path) -> io::Result<bool> {
     let path = folder.join(format!("locks-{}", std::process::id()));
     let file = File::create(&path)?;
     let lock = take(&file);
-    std::fs::remove_file(&path)?;
+    // Processes on other machines, or in other containers, may have the same number and have removed it.
+    match std::fs::remove_file(&path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+        _ => {}
+    }
     Ok(lock? != Lock::Unknown)
 }
 
@@ -71,6 +75,17 @@ mod tests {
         assert_eq!(of(&path), Lock::Free);
         assert!(are_in(place.path()).unwrap());
         assert_eq!(std::fs::read_dir(place.path()).unwrap().count(), 1);
+    }
+
+    /// Containers often give their first process the number 1, so that workers on many machines have the same.
+    #[test]
+    fn processes_of_one_number_may_ask_at_once() {
+        let place = tempfile::tempdir().unwrap();
+        std::thread::scope(|scope| {
+            for _ in 0..8 {
+                scope.spawn(|| (0..200).for_each(|_| assert!(are_in(place.path()).unwrap())));
+            }
+        });
     }
 
     #[cfg(target_os = "linux")]
