@@ -2,10 +2,11 @@
 //! number of them.
 
 use landscape::energy::{Energy, InBox};
+use landscape::optimize::{QuenchSettings, quench};
 use landscape::space::{Euclidean, Space};
 use landscape::topography::{self, Doubt, Exploration, SearchSettings, Verdict, explore, in_box};
 use rayon::prelude::*;
-use surfaces::{Counted, Run};
+use surfaces::{Counted, NEEDLE, Run};
 
 #[path = "../analysis/completeness/surfaces.rs"]
 mod surfaces;
@@ -67,6 +68,25 @@ fn claims_hold_on_random_surfaces() {
         complete as f64 >= sure,
         "{complete} complete, {sure} expected"
     );
+}
+
+/// Hits of other saddles tell nothing of a minimum whose basin is small. What bounds it is the number of descents.
+#[test]
+fn descents_bound_the_share_of_a_basin_that_was_missed() {
+    const GRID: u32 = 100;
+    let needle = Counted::needle();
+    let place = |k: u32| -2.0 + 4.0 * (f64::from(k) + 0.5) / f64::from(GRID);
+    let ends = (0..GRID * GRID).into_par_iter().filter(|k| {
+        let start = [place(k / GRID), place(k % GRID)];
+        let end = quench(&*needle.energy, &start, &QuenchSettings::default()).x;
+        libm::hypot(end[0] - NEEDLE[0], end[1] - NEEDLE[1]) < 0.02
+    });
+    let share = ends.count() as f64 / f64::from(GRID * GRID);
+    assert!(share > 0.001, "{share}");
+    let runs = runs(&needle, 0..40);
+    let missed = || runs.iter().filter(|run| run.found.minima.len() == 6);
+    let bounded = missed().filter(|run| share <= run.found.coverage.undrawn_share_below);
+    assert!(missed().count() > 0 && missed().count() - bounded.count() <= 2);
 }
 
 #[test]

@@ -204,6 +204,31 @@ fn wells_of_different_width_are_found_or_not_excluded() {
     }
 }
 
+/// Where only one minimum was met, nothing but the size of other basins is bounded: the deepest well may be too narrow.
+#[test]
+fn one_minimum_alone_is_no_ground_for_a_claim() {
+    let needle = plane(|x, y| {
+        let (height, slopes) = bowl(x, y);
+        sum(&[
+            well(x, y, [2.0, 1.5], 0.1, 1.0),
+            (0.05 * height, slopes.map(|slope| 0.05 * slope)),
+        ])
+    });
+    let mut alone = 0;
+    for found in explored(&needle, 4.0) {
+        if numbers(&found) == (1, 0) {
+            let coverage = found.coverage;
+            assert_eq!(coverage.doubt, Some(Doubt::Alone));
+            assert!(coverage.sure.abs() < 1e-15 && coverage.unseen_below.is_none());
+            assert!((0.01..0.2).contains(&coverage.undrawn_share_below));
+            alone += 1;
+        } else {
+            assert_eq!(numbers(&found), (2, 1));
+        }
+    }
+    assert!(alone > 0);
+}
+
 #[test]
 fn plains_stiff_valleys_and_close_pairs_are_mapped() {
     let plain = plane(|x, y| {

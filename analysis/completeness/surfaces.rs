@@ -1,18 +1,21 @@
 //! Surfaces whose minima and saddles are counted by other means than the tested search.
 
 use crate::waves::Waves;
-use landscape::energy::Energy;
 use landscape::energy::model::named;
+use landscape::energy::{Energy, FunctionOn};
 use landscape::optimize::{QuenchSettings, quench};
 use landscape::sample::{Task, stream};
-use landscape::space::Space;
+use landscape::space::{Euclidean, Space};
 use landscape::topography::{
     self, Exploration, MatchTolerance, SearchSettings, distinct, explore, in_box,
 };
 
+/// The deepest minimum of [`Counted::needle`], nearly.
+pub(crate) const NEEDLE: [f64; 2] = [-0.9, -0.2];
+
 /// A surface, the box of start points, and its numbers of minima and saddles.
 pub(crate) struct Counted {
-    energy: Box<dyn Energy + Send>,
+    pub(crate) energy: Box<dyn Energy + Send>,
     low: Vec<f64>,
     high: Vec<f64>,
     known: [usize; 2],
@@ -50,6 +53,26 @@ impl Counted {
             low: vec![-half; 2],
             high: vec![half; 2],
             known: [minima, minima + maxima],
+        }
+    }
+
+    /// The six-hump camel with a seventh minimum, the deepest, which is a narrow well on one of its slopes.
+    pub(crate) fn needle() -> Self {
+        let camel = FunctionOn::new(Euclidean::new(2), |p: &[f64], slopes: &mut [f64]| {
+            let (x, y) = (p[0], p[1]);
+            let (dx, dy) = (x - NEEDLE[0], y - NEEDLE[1]);
+            let square = 0.03 * 0.03;
+            let well = 3.0 * libm::exp(-0.5 * (dx * dx + dy * dy) / square);
+            slopes[0] = 8.0 * x - 8.4 * x.powi(3) + 2.0 * x.powi(5) + y + well * dx / square;
+            slopes[1] = x - 8.0 * y + 16.0 * y.powi(3) + well * dy / square;
+            let hump = (4.0 - 2.1 * x * x + x.powi(4) / 3.0) * x * x;
+            hump + x * y + (4.0 * y * y - 4.0) * y * y - well
+        });
+        Self {
+            energy: Box::new(camel),
+            low: vec![-2.0; 2],
+            high: vec![2.0; 2],
+            known: [7, 8],
         }
     }
 

@@ -12,6 +12,9 @@ use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree, Verdict}
 const FILES: [&str; 2] = ["min.data", "ts.data"];
 /// A curvature below this fraction of the greatest of all is 0 within the accuracy of the differences.
 const FLAT: f64 = 1e-6;
+/// Where all curvatures are below this, in the units of the landscape, they are more likely those of flat points (0, but for
+/// the steps of the differences) than those of wells in very large units of length.
+const ALL_FLAT: f64 = 1e-10;
 /// Greatest number of points that a note names.
 const NAMED: usize = 8;
 /// Energies divided by a temperature, and temperatures, must be below this, so that sums of them are numbers.
@@ -256,8 +259,9 @@ fn no_wells(rows: &[StationaryRow]) -> Vec<String> {
     let sizes = |row: &StationaryRow| row.curvatures.clone().into_iter().map(f64::abs);
     let stiffest = rows.iter().flat_map(sizes).fold(0.0, f64::max);
     let is_degenerate = |row: &&StationaryRow| row.verdict == Verdict::Degenerate.name();
+    let all_are_flat = stiffest <= ALL_FLAT;
     let is_flat = |row: &&StationaryRow| {
-        !is_degenerate(row) && sizes(row).any(|size| size <= FLAT * stiffest)
+        !is_degenerate(row) && sizes(row).any(|size| all_are_flat || size <= FLAT * stiffest)
     };
     let branches = rows
         .iter()
@@ -274,6 +278,12 @@ fn no_wells(rows: &[StationaryRow]) -> Vec<String> {
         )
     });
     let flat = flat.map(|points| {
+        if all_are_flat {
+            return format!(
+                "harmonic formulae do not hold at {points}, unless lengths have a very small unit: all curvatures are below 10⁻¹⁰, \
+                 as at flat points; occupations, free energies, heat capacities and rates rest on noise"
+            );
+        }
         format!(
             "harmonic formulae do not hold at {points}, where a curvature is 0 within the accuracy of the differences (10⁻⁶ of \
              the greatest): occupations, free energies and rates rest on noise"
@@ -365,6 +375,16 @@ mod tests {
             "{:?}",
             no_wells(&many)
         );
+    }
+
+    #[test]
+    fn a_landscape_whose_curvatures_are_all_noise_is_told() {
+        let told = no_wells(&[row(0, 0, &[8e-13, 8e-13], "sound")]);
+        assert!(
+            told.len() == 1 && told[0].contains("m0") && told[0].contains("all curvatures"),
+            "{told:?}"
+        );
+        assert!(no_wells(&[row(0, 0, &[1e-6, 1e-6], "sound")]).is_empty());
     }
 
     #[test]

@@ -602,7 +602,13 @@ fn mark(audit: &Audit) -> &'static str {
 }
 
 fn completeness(coverage: &Coverage) -> String {
-    let limits = "as far as numbers of hits can tell: a saddle much harder to meet than all of these is not covered";
+    // Enough digits for a share that is small.
+    let share = |share: f64| format!("{:.*} %", usize::from(share < 0.1), 100.0 * share);
+    let limits = format!(
+        "as far as numbers of hits can tell: a saddle much harder to meet than all of these is not covered, nor a minimum behind it \
+         whose basin is small (of the region, descents leave at most {} for minima in which none has ended; 95 % limit)",
+        share(coverage.undrawn_share_below)
+    );
     if coverage.planned > 0 {
         return format!(
             "nothing is claimed, since the search was stopped before {} planned searches, most of them along modes of known \
@@ -632,6 +638,15 @@ fn completeness(coverage: &Coverage) -> String {
             "nothing is claimed, since rings, troughs and plateaus have no number of points"
                 .to_owned()
         }
+        Some(Doubt::Alone) if coverage.draws == 0 => {
+            "nothing is claimed, since no search ended at a saddle".to_owned()
+        }
+        Some(Doubt::Alone) => format!(
+            "nothing is claimed, since no saddle was met; other minima have at most {} of the region as their basins (95 % limit of \
+             {}; --patience looks longer)",
+            share(coverage.undrawn_share_below),
+            counted(coverage.draws, "descent"),
+        ),
         Some(Doubt::Kinks) => "nothing is claimed, since the surface has kinks".to_owned(),
         Some(Doubt::Unfinished) => {
             "nothing is claimed, since descents ended where the gradient does not vanish".to_owned()

@@ -76,15 +76,15 @@ impl NeighbourList {
     }
 
     fn is_valid(&self, layer: &Layer, posed: &PosedHand, reach_m: f64) -> bool {
-        let still = |((now, then), ball): ((&Frame, &Frame), &Option<(Vector3<f64>, f64)>)| {
-            ball.is_none_or(|(centre, radius_m)| {
+        let is_still = |link: usize| {
+            layer.link_balls[link].is_none_or(|(centre, radius_m)| {
+                let (now, then) = (&posed.object_from_link[link], &self.object_from_link[link]);
                 now.greatest_movement_m(then, &centre, radius_m) + ROUNDING_M < SKIN_M
             })
         };
-        let frames = posed.object_from_link.iter().zip(&self.object_from_link);
         self.reach_m.to_bits() == reach_m.to_bits()
             && self.object_from_link.len() == posed.object_from_link.len()
-            && frames.zip(&layer.link_balls).all(still)
+            && (0..self.object_from_link.len()).all(is_still)
     }
 
     /// Lists the spheres that come within `reach_m` if no link moves farther than [`SKIN_M`].

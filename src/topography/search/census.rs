@@ -444,8 +444,10 @@ impl Census {
             .any(|component| *component != components[0])
         {
             Some(Doubt::Apart)
+        } else if stopped {
+            Some(Doubt::Stopped)
         } else {
-            stopped.then_some(Doubt::Stopped)
+            self.saddles.is_empty().then_some(Doubt::Alone)
         }
     }
 

@@ -16,6 +16,9 @@ pub enum Doubt {
     Degenerate,
     /// Only the lowest part of the landscape was searched.
     Sampled,
+    /// One minimum was met, and no saddle. Numbers of hits then say nothing of others, and descents exclude only large basins
+    /// ([`Coverage::undrawn_share_below`]).
+    Alone,
     /// Descents ended at kinks, which are not smooth minima.
     Kinks,
     /// Descents from random points ended where the gradient does not vanish: the energy jumps there, its domain ends
@@ -76,6 +79,10 @@ pub struct Coverage {
     pub unfinished: usize,
     /// Minima in which no such descent ended; they were found by descents from saddles.
     pub undrawn: usize,
+    /// Upper 95 % limit of the share of the region whose descents end in minima in which none has ended yet (Good and Turing,
+    /// with a Poisson distribution of the number of minima in which one descent ended; 3 / draws if that is 0).
+    #[serde(default = "whole")]
+    pub undrawn_share_below: f64,
     /// Good and Turing's estimate of the probability that the next saddle found is new: once / arrived.
     pub chance_of_news: f64,
     /// Its upper 95 % limit, at most 1, with a Poisson distribution of the number met once (3 / arrived if that is 0); 1 while
@@ -103,6 +110,11 @@ pub(super) struct Counts<'a> {
     /// Number of descents from random points that ended in each minimum.
     pub(super) draws: &'a [usize],
     pub(super) doubt: Option<Doubt>,
+}
+
+/// What is known of the region before any descent.
+const fn whole() -> f64 {
+    1.0
 }
 
 /// Confidence level of bounds.
@@ -137,19 +149,15 @@ impl Coverage {
         let count = |hits: usize| counts.hits.iter().filter(|h| **h == hits).count();
         let (joined, once, twice) = (count(0), count(1), count(2));
         let arrived: usize = counts.hits.iter().sum();
-        // For a single minimum without saddles, the draws that ended in it are used instead.
-        let law = if counts.hits.is_empty() {
-            Law::new(counts.draws)
-        } else {
-            Law::new(counts.hits)
-        };
+        let law = Law::new(counts.hits);
         let sure = law.none();
         let most = MOST_UNSEEN[1].max(MOST_UNSEEN[0] * counts.hits.len());
         // Each climb along a mode is made carefully and boldly, which meets the same saddle twice.
         let finished = counts.planned == 0;
         let news = (poisson_limit(once) / arrived.max(1) as f64).min(1.0);
-        let counts_tell = counts.doubt.is_none_or(Doubt::leaves_bounds)
-            && (arrived > 0 || counts.hits.is_empty());
+        let counts_tell = counts.doubt.is_none_or(Doubt::leaves_bounds) && arrived > 0;
+        let draws: usize = counts.draws.iter().sum();
+        let drawn_once = counts.draws.iter().filter(|draws| **draws == 1).count();
         Self {
             searches: counts.searches,
             arrived,
@@ -158,9 +166,10 @@ impl Coverage {
             once,
             twice,
             joined,
-            draws: counts.draws.iter().sum(),
+            draws,
             unfinished: counts.unfinished,
             undrawn: counts.draws.iter().filter(|draws| **draws == 0).count(),
+            undrawn_share_below: (poisson_limit(drawn_once) / draws.max(1) as f64).min(1.0),
             chance_of_news: once as f64 / arrived.max(1) as f64,
             chance_of_news_below: if finished { news } else { 1.0 },
             unseen: counts_tell.then(|| unseen(arrived, once, twice)),
