@@ -2,9 +2,9 @@
 //! no expected number and no scale.
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
-use landscape::energy::Energy;
+use landscape::energy::{Energy, FunctionOn};
 use landscape::energy::model::{LennardJones, Surface, named};
-use landscape::space::Space;
+use landscape::space::{Euclidean, Space};
 use landscape::topography::{
     AuditSettings, Exploration, GroupSettings, Journal, Landscape, MemoryJournal, MinimumId, Run,
     SearchSettings, Verdict, audit, explore, in_box,
@@ -336,10 +336,28 @@ fn an_audit_finds_what_is_wrong() {
     assert!(audits[4].flat >= 3);
 }
 
+/// A saddle at the origin and a point of index 2 beside it, parted by a barrier below the tolerance of the energy. Clusters of
+/// eleven atoms have such pairs.
+#[test]
+fn a_saddle_beside_a_point_of_index_2_is_isolated() {
+    const CURVATURE: f64 = 0.08;
+    const GAP: f64 = 7e-3;
+    let energy = FunctionOn::new(Euclidean::new(2), |p: &[f64], gradient: &mut [f64]| {
+        let (x, y) = (p[0], p[1]);
+        gradient.copy_from_slice(&[-10.0 * x, CURVATURE * y * (1.0 + y / GAP)]);
+        -5.0 * x * x + CURVATURE * y * y * (0.5 + y / (3.0 * GAP))
+    });
+    let settings = AuditSettings::default();
+    let beside = energy.evaluate(&[0.0, -GAP], &mut [0.0; 2]);
+    assert!(beside > 0.0 && beside < settings.sameness.energy);
+    let audits = audit(&energy, &[vec![0.0, 0.0]], 1, &settings);
+    assert_eq!(audits[0].verdict, Verdict::Sound);
+}
+
 #[test]
 fn nothing_is_found_where_there_is_nothing() {
     /// An energy whose domain is empty.
-    struct Nowhere(landscape::space::Euclidean);
+    struct Nowhere(Euclidean);
     impl Energy for Nowhere {
         fn space(&self) -> &dyn Space {
             &self.0
@@ -349,7 +367,7 @@ fn nothing_is_found_where_there_is_nothing() {
             f64::INFINITY
         }
     }
-    let energy = Nowhere(landscape::space::Euclidean::new(2));
+    let energy = Nowhere(Euclidean::new(2));
     let draw = in_box(&[0.0; 2], &[1.0; 2]);
     let settings = SearchSettings::measured(&energy, &draw, 0);
     let found = explore(&energy, &draw, &settings, &Run::default()).unwrap();
@@ -358,7 +376,7 @@ fn nothing_is_found_where_there_is_nothing() {
 }
 
 /// r³ cos 3(θ − 1/5) + r⁴ in the plane, plus 3 z²: three minima at −27/256 whose valleys meet in a monkey saddle.
-struct Monkey(landscape::space::Euclidean);
+struct Monkey(Euclidean);
 
 impl Energy for Monkey {
     fn space(&self) -> &dyn Space {
@@ -381,7 +399,7 @@ impl Energy for Monkey {
 
 #[test]
 fn three_valleys_meet_in_a_monkey_saddle() {
-    let energy = Monkey(landscape::space::Euclidean::new(3));
+    let energy = Monkey(Euclidean::new(3));
     let (low, high) = ([-1.2; 3], [1.2; 3]);
     let draw = in_box(&low, &high);
     for seed in 0..6 {
@@ -397,7 +415,7 @@ fn three_valleys_meet_in_a_monkey_saddle() {
 }
 
 /// An energy on a space without directions.
-struct Constant(landscape::space::Euclidean);
+struct Constant(Euclidean);
 
 impl Energy for Constant {
     fn space(&self) -> &dyn Space {
@@ -411,7 +429,7 @@ impl Energy for Constant {
 
 #[test]
 fn the_only_point_of_a_space_is_a_minimum() {
-    let energy = Constant(landscape::space::Euclidean::new(0));
+    let energy = Constant(Euclidean::new(0));
     let draw = in_box(&[], &[]);
     let settings = SearchSettings::measured(&energy, &draw, 0);
     let found = explore(&energy, &draw, &settings, &Run::default()).unwrap();

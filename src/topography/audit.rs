@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::eigen::{Modes, Piece};
 use super::follow::Following;
 use super::minima::MatchTolerance;
-use super::trough::settle;
+use super::trough::{has_level_direction, settle};
 use crate::energy::Energy;
 use crate::optimize::{QuenchSettings, quench};
 use crate::space::vector::{dot, norm, scale};
@@ -211,8 +211,8 @@ fn drifts(energy: &dyn Energy, x: &[f64], settings: &AuditSettings) -> bool {
     !space.within(x, &end.x, settings.sameness.distance)
 }
 
-/// Whether a step along a soft direction from a stationary point of index 0 or 1 leads to another one of the same energy.
-/// The bottom of x⁴, which has zero curvature too, is found again instead.
+/// Whether a step along a soft direction from a stationary point of index 0 or 1 leads to another one of the same energy, at
+/// which some direction is level. The bottom of x⁴, which has zero curvature too, is found again instead.
 fn is_level(
     piece: &Piece<'_>,
     (x, height): (&[f64], f64),
@@ -268,7 +268,9 @@ fn is_level(
                 || as_high(piece.evaluate(&beside, &mut gradient));
             is_tested
                 && again(&beside).is_some_and(|(there, energy)| {
-                    as_high(energy) && !piece.space().within(x, &there, settings.sameness.distance)
+                    as_high(energy)
+                        && !piece.space().within(x, &there, settings.sameness.distance)
+                        && has_level_direction(piece, &there, settings)
                 })
         })
     })
