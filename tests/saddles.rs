@@ -2,8 +2,8 @@
 //! no expected number and no scale.
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
-use landscape::energy::{Energy, FunctionOn};
 use landscape::energy::model::{LennardJones, Surface, named};
+use landscape::energy::{Energy, FunctionOn};
 use landscape::space::{Euclidean, Space};
 use landscape::topography::{
     AuditSettings, Exploration, GroupSettings, Journal, Landscape, MemoryJournal, MinimumId, Run,
@@ -336,22 +336,34 @@ fn an_audit_finds_what_is_wrong() {
     assert!(audits[4].flat >= 3);
 }
 
-/// A saddle at the origin and a point of index 2 beside it, parted by a barrier below the tolerance of the energy. Clusters of
-/// eleven atoms have such pairs.
+/// Saddles at the origin whose second direction is soft. Clusters of eleven and twelve atoms have such.
 #[test]
-fn a_saddle_beside_a_point_of_index_2_is_isolated() {
-    const CURVATURE: f64 = 0.08;
-    const GAP: f64 = 7e-3;
-    let energy = FunctionOn::new(Euclidean::new(2), |p: &[f64], gradient: &mut [f64]| {
-        let (x, y) = (p[0], p[1]);
-        gradient.copy_from_slice(&[-10.0 * x, CURVATURE * y * (1.0 + y / GAP)]);
-        -5.0 * x * x + CURVATURE * y * y * (0.5 + y / (3.0 * GAP))
-    });
-    let settings = AuditSettings::default();
-    let beside = energy.evaluate(&[0.0, -GAP], &mut [0.0; 2]);
-    assert!(beside > 0.0 && beside < settings.sameness.energy);
-    let audits = audit(&energy, &[vec![0.0, 0.0]], 1, &settings);
-    assert_eq!(audits[0].verdict, Verdict::Sound);
+fn soft_saddles_are_isolated() {
+    let verdict = |soft: &(dyn Fn(f64) -> (f64, f64) + Sync)| {
+        let energy = FunctionOn::new(Euclidean::new(2), |p: &[f64], gradient: &mut [f64]| {
+            let (height, slope) = soft(p[1]);
+            gradient.copy_from_slice(&[-10.0 * p[0], slope]);
+            -5.0 * p[0] * p[0] + height
+        });
+        audit(&energy, &[vec![0.0, 0.0]], 1, &AuditSettings::default())[0].verdict
+    };
+    // A point of index 2 beside it, 7e-7 higher, where the tolerance of the energy is 1e-6.
+    let fold = |y: f64| {
+        let (curvature, gap) = (0.08, 7e-3);
+        let height = curvature * y * y * (0.5 + y / (3.0 * gap));
+        (height, curvature * y * (1.0 + y / gap))
+    };
+    assert_eq!(verdict(&fold), Verdict::Sound);
+    // The gradient is within its tolerance of 1e-6 up to twice the tolerance of distance, or six times.
+    for [square, fourth] in [[2e-4, 10.0], [2e-4, 0.0], [1e-6, 1.0]] {
+        let soft = |y: f64| {
+            let height = y * y * (square + fourth * y * y);
+            (height, y * (2.0 * square + 4.0 * fourth * y * y))
+        };
+        assert_eq!(verdict(&soft), Verdict::Sound, "{square} {fourth}");
+    }
+    let level = |_: f64| (0.0, 0.0);
+    assert_eq!(verdict(&level), Verdict::Degenerate);
 }
 
 #[test]

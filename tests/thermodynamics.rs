@@ -352,5 +352,6 @@ fn mistakes_are_told() {
     fs::write(folder.join("ts.data"), "").unwrap();
     let said = desk.mistake("rates bare --from m1 --to m0 --temperature 1");
     assert_says(&said, &["no sequence of transition states leads from m1"]);
+    assert_eq!(said.matches("no sequence").count(), 1, "{said}");
     assert!(desk.run("thermodynamics bare").status.success());
 }

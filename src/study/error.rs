@@ -157,7 +157,7 @@ pub enum StudyError {
     Missing(#[from] Missing),
     /// No path joins two sets of minima.
     #[error("no sequence of transition states leads from m{} to the minima named as its goal", .0.0)]
-    Unreachable(#[from] Unreachable),
+    Unreachable(Unreachable),
     /// A set has too few grasps for its diversity.
     #[error(
         "{name} holds {grasps} grasps, but diversity is compared between sets of at least {needed}: from fewer it would be a \
@@ -189,4 +189,11 @@ pub enum StudyError {
     /// A picture cannot be laid out.
     #[error(transparent)]
     Figure(#[from] FigureError),
+}
+
+/// The message says it all, so that the value is no source of the error: reports would say it twice.
+impl From<Unreachable> for StudyError {
+    fn from(unreachable: Unreachable) -> Self {
+        Self::Unreachable(unreachable)
+    }
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::eigen::{Modes, Piece};
 use super::follow::Following;
 use super::minima::MatchTolerance;
-use super::trough::{has_level_direction, settle};
+use super::trough::settle;
 use crate::energy::Energy;
 use crate::optimize::{QuenchSettings, quench};
 use crate::space::vector::{dot, norm, scale};
@@ -22,6 +22,9 @@ const SOFT: f64 = 1e-6;
 /// side are tested too: a flat set may end there.
 const NEAR: f64 = 0.1;
 const EDGE: f64 = 0.25;
+/// Difference between heights of a level set, in energy tolerances, and relative to the energy (rounding).
+const RISE: f64 = 1e-4;
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Greatest number of steps of this test.
 const STEPS: usize = 50;
 
@@ -109,6 +112,13 @@ impl AuditSettings {
             sameness: *sameness,
             quench: quench.clone(),
         }
+    }
+}
+
+impl AuditSettings {
+    /// Greatest difference between energies of points of a level set at this height.
+    pub(super) fn noise(&self, height: f64) -> f64 {
+        RISE * self.sameness.energy + ROUNDING * height.abs()
     }
 }
 
@@ -211,8 +221,9 @@ fn drifts(energy: &dyn Energy, x: &[f64], settings: &AuditSettings) -> bool {
     !space.within(x, &end.x, settings.sameness.distance)
 }
 
-/// Whether a step along a soft direction from a stationary point of index 0 or 1 leads to another one of the same energy, at
-/// which some direction is level. The bottom of x⁴, which has zero curvature too, is found again instead.
+/// Whether a step along a soft direction from a stationary point of index 0 or 1 leads to another one of the same height, at
+/// least half the step away. The bottom of x⁴, which has zero curvature too, is found again instead, or a point beside it where
+/// the gradient is within its tolerance already, which is higher.
 fn is_level(
     piece: &Piece<'_>,
     (x, height): (&[f64], f64),
@@ -268,9 +279,8 @@ fn is_level(
                 || as_high(piece.evaluate(&beside, &mut gradient));
             is_tested
                 && again(&beside).is_some_and(|(there, energy)| {
-                    as_high(energy)
-                        && !piece.space().within(x, &there, settings.sameness.distance)
-                        && has_level_direction(piece, &there, settings)
+                    (energy - height).abs() <= settings.noise(height)
+                        && !piece.space().within(x, &there, 0.5 * reach)
                 })
         })
     })

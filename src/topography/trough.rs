@@ -7,9 +7,6 @@ use crate::space::vector::{add, dot, norm, scale, times};
 /// Directions of lower curvature than this fraction of the greatest are level. Differences of gradients leave about 10⁻⁸ of
 /// the curvature of a straight direction, and a step of a walk ends off the level direction, where the curvature is not 0.
 const LEVEL: f64 = 1e-4;
-/// Directions along which the energy rises by less than this fraction of its tolerance over the length of the step from the
-/// end of a trough are level too: where all directions are level, all curvatures are rounding.
-const RISE: f64 = 1e-4;
 /// Greatest number of steps of Newton's method back to the set.
 const RETURNS: usize = 12;
 /// Length of a step of a walk as a fraction of the distance between its ends: a ring has at least 25 steps around it.
@@ -69,18 +66,6 @@ pub(super) fn settle(
         x = piece.moved(&x, &step);
     }
     None
-}
-
-/// Whether the stationary point `x` has a level direction. Of two isolated points of nearly one energy, such as a saddle and a
-/// point of index 2 that a barrier below the tolerance parts, neither has.
-pub(super) fn has_level_direction(piece: &Piece<'_>, x: &[f64], settings: &AuditSettings) -> bool {
-    let Some(modes) = piece.modes(x, settings.difference) else {
-        return false;
-    };
-    let length = INWARD * settings.sameness.distance;
-    let imperceptible = 2.0 * RISE * settings.sameness.energy / (length * length);
-    let most = imperceptible.max(LEVEL * modes.stiffest());
-    modes.curvatures.iter().any(|curvature| curvature.abs() <= most)
 }
 
 /// The minimum `from` as a place of its set. At the end of a trough no direction is level, so that place is a step inward.

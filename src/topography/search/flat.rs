@@ -15,9 +15,6 @@ use crate::topography::trough::joins;
 const SOFT: f64 = 1e-4;
 /// A curvature vanishes if at the tolerance of distance its gradient is at most so many tolerances.
 const LOOSE: f64 = 10.0;
-/// Rise of the energy on a line that is level, in energy tolerances, and relative to the energy (rounding).
-const RISE: f64 = 1e-4;
-const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Number of parts into which a line is divided, and their length in distance tolerances if the greatest number allows it.
 const PARTS: [usize; 2] = [8, 64];
 const PART: f64 = 25.0;
@@ -130,19 +127,14 @@ impl Ground<'_> {
     /// Whether the energy on the line between two points never rises above the higher one.
     fn is_level(&self, a: (&[f64], f64), b: (&[f64], f64)) -> bool {
         let higher = a.1.max(b.1);
-        let most = higher + self.noise(higher);
+        let most = higher + self.settings.noise(higher);
         self.all_between(a.0, b.0, |height| height <= most)
     }
 
     /// Whether the energy on the line between two points neither rises nor falls.
     fn is_even(&self, a: (&[f64], f64), b: (&[f64], f64)) -> bool {
-        let most = (a.1 - b.1).abs() + self.noise(a.1);
+        let most = (a.1 - b.1).abs() + self.settings.noise(a.1);
         self.all_between(a.0, b.0, |height| (height - a.1).abs() <= most)
-    }
-
-    /// Difference between energies on a level line.
-    fn noise(&self, height: f64) -> f64 {
-        RISE * self.settings.sameness.energy + ROUNDING * height.abs()
     }
 
     /// Whether this holds for the energies on the line between two points.
