@@ -5,13 +5,13 @@
 
 Thirty double wells are a loop in Python that answers `landscape surface`. The cost of a point is the time of the search on
 one thread, divided by the number of points, less the time of the loop on bytes in memory. The work of the search itself is
-included, so that the numbers are upper bounds of the overhead. The same is measured with both programs on one core.
+included, so that the numbers are upper bounds of the overhead. The same is measured with both programs on one core, and with a
+thread and a loop for each core.
 """
 
 import io
 import json
 import os
-import shutil
 import struct
 import subprocess
 import sys
@@ -74,18 +74,18 @@ def own_time(protocol, points=20000):
     return min(best)
 
 
-def measured(binary, protocol, pinned):
-    """Questions, and seconds of the search by the clock."""
+def measured(binary, protocol, threads=1, pinned=False):
+    """Questions, and seconds of the search by the clock, summed over threads."""
     with tempfile.TemporaryDirectory() as folder:
         command = f"exec {sys.executable} {os.path.abspath(__file__)} --serve {protocol}"
         arguments = [binary, "surface", "--command", command, f"--region=-1.5:1.5x{DIMENSIONS}", "--protocol", protocol, "--search", "all",
-                     "--searches", str(SEARCHES), "--threads", "1", "-q", "--no-report", "-o", os.path.join(folder, "out")]
+                     "--searches", str(SEARCHES), "--threads", str(threads), "-q", "--no-report", "-o", os.path.join(folder, "out")]
         if pinned:
             arguments = ["taskset", "-c", str(min(os.sched_getaffinity(0))), *arguments]
         subprocess.run(arguments, check=True, cwd=folder)
         calls = json.load(open(os.path.join(folder, "out/landscape.json")))["counts"]["evaluations"]
         phases = json.load(open(os.path.join(folder, "out/timings.json")))["phases"]
-        return calls, sum(phase["seconds"] for phase in phases if phase["evaluations"])
+        return calls, threads * sum(phase["seconds"] for phase in phases if phase["evaluations"])
 
 
 def main(binary):
@@ -94,21 +94,22 @@ def main(binary):
     lines, points = [], None
     for protocol, name in (("json", "text, one by one"), ("binary", "binary, one by one"), ("batch", "batches for Hessians, other points one by one")):
         own = own_time(protocol)
-        for pinned in [False, True][: 1 + bool(shutil.which("taskset"))]:
-            runs = [measured(binary, protocol, pinned) for _ in range(REPEATS)]
+        places = {"any core": {}, "one core": {"pinned": True}, f"all {os.cpu_count()} cores": {"threads": os.cpu_count()}}
+        for where, settings in places.items():
+            runs = [measured(binary, protocol, **settings) for _ in range(REPEATS)]
             # The search is the same with every protocol, but a Hessian asked for in a batch counts as one evaluation.
             points = points or runs[0][0]
             clock = 1e6 * min(seconds for _, seconds in runs) / points
-            where = "one core" if pinned else "any core"
             cells = [name, where, points, *(f"{value:.1f}" for value in (clock, own, clock - own))]
             lines.append("| " + " | ".join(str(cell) for cell in cells) + " |\n")
             print(lines[-1], runs, flush=True)
     text = (
         f"# What a question to another program costs\n\nMade by `analysis/external_calls/run.py`: {SEARCHES} searches on {DIMENSIONS} double wells, "
-        "whose energy is a loop in Python, on one thread. Each number is the least of "
+        "whose energy is a loop in Python. Each number is the least of "
         f"{REPEATS} runs, in µs for each point. The overhead is the time beyond that of the loop on bytes in memory; it includes the work of the search "
-        "itself. “One core” means that both programs were kept on one core with `taskset`. "
-        f"Other work ran on the machine of {os.cpu_count()} cores (load {load:.0f}), which makes times longer.\n\n"
+        "itself. “One core” means that both programs were kept on one core with `taskset`; “all cores” that each of as many threads asked a loop of its "
+        "own, where the time of the clock counts once for each thread. Before these runs the machine of "
+        f"{os.cpu_count()} cores had a load of {load:.1f}.\n\n"
         "| protocol | runs on | points | time | loop alone | overhead |\n|---|---|---|---|---|---|\n"
         + "".join(lines))
     with open(OUTPUT + ".new", "w") as file:

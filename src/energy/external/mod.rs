@@ -12,6 +12,7 @@ use text::{Misunderstood, read};
 use super::{Energy, hessian_from_gradients};
 use crate::space::Space;
 
+mod answers;
 mod guard;
 mod program;
 mod text;

@@ -1,13 +1,14 @@
 //! A running program, with which lines are exchanged and which is always ended.
 
 use std::io::{self, BufRead, BufReader, Read, Write};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, Weak};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use super::answers::Answers;
 use super::guard::Guard;
 use super::lock;
 
@@ -38,7 +39,7 @@ pub(super) struct Program {
     running: Arc<Running>,
     guard: Arc<Guard>,
     input: Option<ChildStdin>,
-    output: BufReader<ChildStdout>,
+    output: BufReader<Answers>,
 }
 
 /// Why there is no answer.
@@ -97,7 +98,7 @@ impl Supervisor {
             running,
             guard: Arc::clone(&self.guard),
             input: Some(input),
-            output: BufReader::new(output),
+            output: BufReader::new(Answers::new(output)),
         })
     }
 }
