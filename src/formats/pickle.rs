@@ -134,6 +134,18 @@ impl Heap {
         }
     }
 
+    /// The value as a list of texts.
+    pub(crate) fn texts(&self, id: Id) -> Option<Vec<&str>> {
+        let (Node::List(items) | Node::Objects(items)) = self.node(id) else {
+            return None;
+        };
+        let texts = items.iter().map(|item| match self.node(*item) {
+            Node::Text(text) => Some(text.as_str()),
+            _ => None,
+        });
+        texts.collect()
+    }
+
     fn add(&mut self, node: Node) -> Id {
         self.nodes.push(node);
         self.nodes.len() - 1

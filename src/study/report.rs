@@ -211,7 +211,7 @@ impl GraspReport<'_> {
             .count();
         if unrelaxed > 0 {
             warnings.push(format!(
-            "{unrelaxed} of {} merges rest on an upper bound (evidence `chain`): drawn dashed, listed in summary.md",
+            "only an upper bound is known for {unrelaxed} of {} merges (evidence `chain`): drawn dashed, listed in summary.md",
             merges.len()
         ));
         }

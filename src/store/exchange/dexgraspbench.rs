@@ -1,4 +1,5 @@
-//! DexGraspBench, `BODex` and Dexonomy: `grasp_qpos` is position, quaternion w x y z, and joints in the hand's order.
+//! DexGraspBench, `BODex` and Dexonomy: `grasp_qpos` is position, quaternion w x y z, and joints, in the order of `joint_names`
+//! if there is such a list, and otherwise in the hand's order.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
@@ -25,13 +26,25 @@ pub(super) fn read(
         format: "DexGraspBench",
         ..Read::default()
     };
+    let mut names_all = true;
     for (place, &item) in items.iter().enumerate() {
-        grasps(heap, item, hand, mapping, &mut read).map_err(|problem| match items.len() {
+        let given = mapping.joint_names.as_ref().map(|names| texts(names));
+        let own = || {
+            heap.entry(item, "joint_names")
+                .and_then(|names| heap.texts(names))
+        };
+        let names = given.or_else(own);
+        names_all &= names.is_some();
+        let found =
+            order(names.as_deref(), hand).and_then(|order| grasps(heap, item, &order, &mut read));
+        found.map_err(|problem| match items.len() {
             1 => problem,
             _ => format!("entry {place}: {problem}"),
         })?;
     }
-    note_order(hand, mapping, &mut read);
+    if !names_all {
+        note_order(hand, &mut read);
+    }
     Ok(read)
 }
 
@@ -51,31 +64,38 @@ pub(super) fn of_numbers(
             numbers.shape
         )
     })?;
+    let names = mapping.joint_names.as_ref().map(|names| texts(names));
+    let order = order(names.as_deref(), hand)?;
     for (place, row) in rows.iter().enumerate() {
-        let grasp =
-            of_row(row, hand, mapping).map_err(|problem| format!("row {place}: {problem}"))?;
+        let grasp = of_row(row, &order).map_err(|problem| format!("row {place}: {problem}"))?;
         read.grasps.push(grasp);
     }
-    note_order(hand, mapping, &mut read);
+    if names.is_none() {
+        note_order(hand, &mut read);
+    }
     Ok(read)
 }
 
-fn note_order(hand: &[String], mapping: &Mapping, read: &mut Read) {
-    if mapping.joint_names.is_none() {
-        read.notes.push(format!(
-            "the file does not name its joints: they are taken to be in the hand's order, {}",
-            hand.join(", ")
-        ));
-    }
+fn texts(names: &[String]) -> Vec<&str> {
+    names.iter().map(String::as_str).collect()
 }
 
-fn grasps(
-    heap: &Heap,
-    item: Id,
-    hand: &[String],
-    mapping: &Mapping,
-    read: &mut Read,
-) -> Result<(), String> {
+/// For each joint of the hand, its place among the joints of a row.
+fn order(names: Option<&[&str]>, hand: &[String]) -> Result<Vec<usize>, String> {
+    names.map_or_else(
+        || Ok((0..hand.len()).collect()),
+        |names| matched(names, hand),
+    )
+}
+
+fn note_order(hand: &[String], read: &mut Read) {
+    read.notes.push(format!(
+        "the file does not name its joints: they are taken to be in the hand's order, {}",
+        hand.join(", ")
+    ));
+}
+
+fn grasps(heap: &Heap, item: Id, order: &[usize], read: &mut Read) -> Result<(), String> {
     let qpos = heap
         .entry(item, "grasp_qpos")
         .ok_or("it has no `grasp_qpos`")?;
@@ -118,8 +138,8 @@ fn grasps(
             _ => None,
         });
     for (place, row) in rows.iter().enumerate() {
-        let mut grasp = of_row(row, hand, mapping)
-            .map_err(|problem| format!("`grasp_qpos` {place}: {problem}"))?;
+        let mut grasp =
+            of_row(row, order).map_err(|problem| format!("`grasp_qpos` {place}: {problem}"))?;
         if let Some(object_pose) = &object_pose {
             let hand = isometry(&row[..7], "`grasp_qpos`")?;
             let relative = object_pose.inv_mul(&hand);
@@ -137,25 +157,19 @@ fn grasps(
     Ok(())
 }
 
-fn of_row(row: &[f64], hand: &[String], mapping: &Mapping) -> Result<Published, String> {
-    if row.len() != 7 + hand.len() {
+fn of_row(row: &[f64], order: &[usize]) -> Result<Published, String> {
+    if row.len() != 7 + order.len() {
         return Err(format!(
             "it holds {} numbers; position, quaternion and the {} joints of the hand make {}",
             row.len(),
-            hand.len(),
-            7 + hand.len()
+            order.len(),
+            7 + order.len()
         ));
     }
     finite(row, "it")?;
     let (pose, joints) = row.split_at(7);
     isometry(pose, "it")?;
-    let partners = match &mapping.joint_names {
-        Some(names) => matched(&names.iter().map(String::as_str).collect::<Vec<_>>(), hand)?,
-        None => (0..hand.len()).collect(),
-    };
-    let joints = partners.into_iter().map(|place| joints.get(place).copied());
-    let joints: Option<Vec<f64>> = joints.collect();
-    let joints = joints.ok_or("the mapping names more joints than the row has")?;
+    let joints: Vec<f64> = order.iter().map(|place| joints[*place]).collect();
     Ok(Published {
         id: None,
         pose: [pose, &joints].concat().into(),
@@ -186,4 +200,50 @@ fn isometry(pose: &[f64], what: &str) -> Result<Isometry3<f64>, String> {
         Translation3::new(x, y, z),
         UnitQuaternion::from_quaternion(quaternion),
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::pickle;
+    use crate::formats::pickle_writer::Writer;
+
+    /// A dictionary with a grasp of two joints, read for a hand with the joints `hand`.
+    fn read_with(names: &[&str], hand: [&str; 2], mapping: &Mapping) -> Result<Read, String> {
+        let mut writer = Writer::of_object();
+        writer.open_dictionary();
+        writer.text("grasp_qpos");
+        writer.numbers(&[0.0, 0.0, 0.1, 1.0, 0.0, 0.0, 0.0, 0.25, 0.5]);
+        if !names.is_empty() {
+            writer.text("joint_names");
+            writer.texts(names.iter().copied());
+        }
+        writer.close_dictionary();
+        let (heap, whole) = pickle::load(&writer.finish()).unwrap();
+        let Node::Objects(items) = heap.node(whole) else {
+            panic!("no array of objects");
+        };
+        read(&heap, items, &hand.map(str::to_owned), mapping)
+    }
+
+    #[test]
+    fn joints_follow_the_names_of_the_file() {
+        let none = Mapping::default();
+        let joints = |read: &Read| read.grasps[0].pose.joints().to_vec();
+        let named = read_with(&["b", "a"], ["a", "b"], &none).unwrap();
+        assert_eq!(joints(&named), [0.5, 0.25]);
+        assert!(named.notes.is_empty());
+        let unnamed = read_with(&[], ["a", "b"], &none).unwrap();
+        assert_eq!(joints(&unnamed), [0.25, 0.5]);
+        assert!(unnamed.notes[0].contains("does not name its joints"));
+        // A mapping knows better.
+        let mapping = Mapping {
+            joint_names: Some(vec!["a".to_owned(), "b".to_owned()]),
+            ..Mapping::default()
+        };
+        let mapped = read_with(&["b", "a"], ["a", "b"], &mapping).unwrap();
+        assert_eq!(joints(&mapped), [0.25, 0.5]);
+        let other = read_with(&["b", "c"], ["a", "b"], &none).unwrap_err();
+        assert!(other.contains("a") && other.contains("c"), "{other}");
+    }
 }
