@@ -244,6 +244,6 @@ mod tests {
         let mapped = read_with(&["b", "a"], ["a", "b"], &mapping).unwrap();
         assert_eq!(joints(&mapped), [0.25, 0.5]);
         let other = read_with(&["b", "c"], ["a", "b"], &none).unwrap_err();
-        assert!(other.contains("a") && other.contains("c"), "{other}");
+        assert!(other.contains('a') && other.contains('c'), "{other}");
     }
 }
