@@ -4,6 +4,7 @@
 //! each task takes and which tasks make a round, and prints the time and the busy share for several numbers of workers with
 //! one thread each. The scheduling is that of `--worker`: each worker does its own share, then what others have not begun.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -111,6 +112,23 @@ fn makespan(tasks: &[f64], workers: usize) -> f64 {
     free.into_iter().fold(0.0, f64::max)
 }
 
+/// Seconds that `workers` need at least if the tasks of a phase need not wait for each other and the longest ones begin
+/// first: a bound for any division of the same tasks into rounds.
+fn without_rounds(rounds: &[Recorded], workers: usize) -> f64 {
+    let mut phases: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for round in rounds {
+        let tasks = phases.entry(round.phase.name()).or_default();
+        tasks.extend_from_slice(&round.tasks);
+    }
+    let mut seconds = 0.0;
+    for tasks in phases.values_mut() {
+        tasks.sort_unstable_by(|a, b| b.total_cmp(a));
+        let longest = tasks.first().copied().unwrap_or(0.0);
+        seconds += longest.max(tasks.iter().sum::<f64>() / workers as f64);
+    }
+    seconds
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut words = std::env::args().skip(1);
     let path = PathBuf::from(
@@ -174,14 +192,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "{sequential:.1} s sequential, {work:.1} s of tasks in {} rounds\n",
             rounds.len()
         );
-        println!("| workers | time, s | speed-up | busy with tasks |\n|---|---|---|---|");
-        for workers in [1, 2, 4, 8, 16, 32, 64, 128] {
+        println!(
+            "| workers | time, s | speed-up | busy with tasks | busy if each phase were one round |\n|---|---|---|---|---|"
+        );
+        let busy = |time: f64, workers: usize| 100.0 * work / (time * workers as f64);
+        for workers in [1, 2, 4, 8, 16, 32, 64, 128, 256] {
             let spans = rounds.iter().map(|round| makespan(&round.tasks, workers));
             let time = sequential + spans.sum::<f64>();
             println!(
-                "| {workers} | {time:.1} | {:.1} | {:.0} % |",
+                "| {workers} | {time:.1} | {:.1} | {:.0} % | {:.0} % |",
                 (sequential + work) / time,
-                100.0 * work / (time * workers as f64)
+                busy(time, workers),
+                busy(sequential + without_rounds(&rounds, workers), workers)
             );
         }
     }

@@ -82,11 +82,14 @@ pub(super) fn man(command: &Man, definition: &Command, common: &Common) -> anyho
 fn pages(definition: &Command, name: &str) -> std::io::Result<Vec<(String, Vec<u8>)>> {
     let mut page = Vec::new();
     // Pages are named as `man` names them, with hyphens.
-    let named = definition
+    let mut named = definition
         .clone()
         .name(name.to_owned())
         .bin_name(name.replace('-', " "));
-    clap_mangen::Man::new(named).render(&mut page)?;
+    // The synopsis is the line of usage of the help, which marks what is required and names the values.
+    let usage = named.render_usage().to_string();
+    let usage = usage.trim_start_matches("Usage: ").to_owned();
+    clap_mangen::Man::new(named.override_usage(usage)).render(&mut page)?;
     let mut found = vec![(format!("{name}.1"), page)];
     for under in definition.get_subcommands() {
         if under.get_name() != "help" {

@@ -35,10 +35,10 @@ impl Scene {
         let mut children = Vec::new();
         let names = ["hand", "object"];
         for (place, surface) in self.surfaces.iter().enumerate() {
-            let mesh = writer.mesh(surface);
             let name = names
                 .get(place)
                 .map_or_else(|| format!("surface {place}"), ToString::to_string);
+            let mesh = writer.mesh(&name, surface);
             children.push(writer.node(json!({ "name": name, "mesh": mesh })));
             if place == 0 && !frames.is_empty() {
                 writer.morph(mesh, &surface.vertices, frames);
@@ -57,7 +57,7 @@ impl Scene {
                 .find(|(other, _)| other == colour)
                 .map(|(_, mesh)| *mesh);
             let mesh = known.unwrap_or_else(|| {
-                let mesh = writer.mesh(&ball(*colour));
+                let mesh = writer.mesh("contact", &ball(*colour));
                 balls.push((*colour, mesh));
                 mesh
             });
@@ -222,7 +222,7 @@ impl Writer {
         }));
     }
 
-    fn mesh(&mut self, surface: &Surface) -> usize {
+    fn mesh(&mut self, name: &str, surface: &Surface) -> usize {
         self.vectors(surface.vertices.iter().copied());
         let bytes: Vec<u8> = surface
             .triangles
@@ -250,7 +250,7 @@ impl Writer {
             },
         }));
         let last = self.accessors.len() - 1;
-        self.meshes.push(json!({ "primitives": [{
+        self.meshes.push(json!({ "name": name, "primitives": [{
             "attributes": { "POSITION": last - 1 },
             "indices": last,
             "material": self.materials.len() - 1,
