@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::error::Error;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
@@ -101,7 +102,7 @@ impl Run<'_> {
     }
 
     /// The outcomes of `tasks`, each of which has a key of its own: the stored ones, and the others by `work`, in parallel.
-    /// With [`Run::workers`] other processes do their share of them.
+    /// Tasks are begun in their order. With [`Run::workers`] other processes do their share of them.
     pub(crate) fn each<K: Sync, T: Serialize + DeserializeOwned + Send>(
         &self,
         tally: &Tally<'_>,
@@ -123,15 +124,19 @@ impl Run<'_> {
             ends.into_iter().collect::<Result<(), _>>()?;
             tally.reach(before + tasks.len());
         }
-        // One task at a time for each thread, because tasks take different times.
-        let outcomes = tasks.par_iter().with_max_len(1).map(|task| {
-            let outcome = done(task);
+        // Each thread takes the first task that nobody has begun, because tasks take different times.
+        let next = AtomicUsize::new(0);
+        let outcomes = (0..tasks.len()).into_par_iter().with_max_len(1).map(|_| {
+            let task = next.fetch_add(1, Ordering::Relaxed);
+            let outcome = done(&tasks[task])?;
             if self.workers.is_none() {
                 tally.tick();
             }
-            outcome
+            Ok((task, outcome))
         });
-        outcomes.collect()
+        let mut outcomes = outcomes.collect::<Result<Vec<(usize, T)>, JournalError>>()?;
+        outcomes.sort_unstable_by_key(|(task, _)| *task);
+        Ok(outcomes.into_iter().map(|(_, outcome)| outcome).collect())
     }
 
     /// The outcomes of `tasks` as [`Run::each`] has them, but one task after the other, each of which may use all threads

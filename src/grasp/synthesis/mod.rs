@@ -164,29 +164,31 @@ fn run(
         );
         steps += share;
         let only = attempts == 1;
-        // The parts of the grip alone must hold; otherwise the hand may close to a grasp that was not asked for.
-        let missed = guide
-            .as_ref()
-            .and_then(|guide| guide.compliance(&end.raw.coordinates))
-            .is_some_and(|compliance| compliance > MISSED_COMPLIANCE);
-        misses += u32::from(missed);
-        if misses == MOST_MISSES && !energy.hand().balls().is_empty() {
-            // Hands of meshes have thumbs of many kinds, and some oppose no finger alone.
-            guide = energy.for_grip(Grip::WHOLE);
-        }
-        if missed && best.is_some() {
-            evaluations += end.evaluations;
-            continue;
-        }
-        let (found, passes) = finish(energy, settings, refine, end, only);
-        evaluations += found.evaluations;
-        let done = passes && !missed;
-        let is_better = |known: &(Synthesized, bool)| !known.1 && found.energy < known.0.energy;
-        if done || best.as_ref().is_none_or(is_better) {
-            best = Some((found, passes));
+        let mut done = false;
+        for (place, end) in end.each().enumerate() {
+            let missed = (guide.as_ref()).is_some_and(|guide| misses_grip(guide, &end.raw));
+            misses += u32::from(missed && place == 0);
+            if missed && best.is_some() {
+                evaluations += end.evaluations;
+                continue;
+            }
+            let (found, passes) = finish(energy, settings, refine, end, only);
+            evaluations += found.evaluations;
+            done = passes && !missed;
+            let is_better = |known: &(Synthesized, bool)| !known.1 && found.energy < known.0.energy;
+            if done || best.as_ref().is_none_or(is_better) {
+                best = Some((found, passes));
+            }
+            if done {
+                break;
+            }
         }
         if done {
             break;
+        }
+        if misses == MOST_MISSES && !energy.hand().balls().is_empty() {
+            // Hands of meshes have thumbs of many kinds, and some oppose no finger alone.
+            guide = energy.for_grip(Grip::WHOLE);
         }
     }
     let (mut best, _) = best.expect("there is at least one attempt");
@@ -217,6 +219,12 @@ fn run(
     }
 }
 
+/// Whether the parts of a grip alone do not hold. Then the hand may close to a grasp that was not asked for.
+fn misses_grip(guide: &GraspEnergy, end: &State) -> bool {
+    let compliance = guide.compliance(&end.coordinates);
+    compliance.is_some_and(|compliance| compliance > MISSED_COMPLIANCE)
+}
+
 fn refine_given(energy: &GraspEnergy, refine: &QuenchSettings, given: &Given<'_>) -> Synthesized {
     let start = Grasp::best(energy, given.x.to_vec());
     let mut found = Synthesized {
@@ -235,7 +243,23 @@ fn refine_given(energy: &GraspEnergy, refine: &QuenchSettings, given: &Given<'_>
 struct End {
     raw: State,
     refined: State,
+    /// Higher ends of the same walk, lowest first.
+    others: Vec<State>,
     evaluations: u64,
+}
+
+impl End {
+    /// This end, then the others, which cost nothing more.
+    fn each(mut self) -> impl Iterator<Item = Self> {
+        let others = std::mem::take(&mut self.others);
+        let others = others.into_iter().map(|state| Self {
+            raw: state.clone(),
+            refined: state,
+            others: Vec::new(),
+            evaluations: 0,
+        });
+        std::iter::once(self).chain(others)
+    }
 }
 
 fn walk(
@@ -252,10 +276,15 @@ fn walk(
             End {
                 refined: raw.clone(),
                 raw,
+                others: Vec::new(),
                 evaluations: 0,
             }
         }
-        Sampler::Hopping => hopping::hop(energy, settings, schedule.steps, start, rng, observe),
+        Sampler::Hopping => {
+            // Hands of meshes have thin tips, which often press too deep or slip over an edge at the lowest end.
+            let all = !energy.hand().balls().is_empty();
+            hopping::hop(energy, settings, schedule.steps, start, all, rng, observe)
+        }
         Sampler::Released => {
             let mut chain = released::Chain::new(energy, start);
             chain.run(settings, schedule.steps, rng, observe);
@@ -267,6 +296,7 @@ fn walk(
             End {
                 raw,
                 refined: chain.state().clone(),
+                others: Vec::new(),
                 evaluations,
             }
         }

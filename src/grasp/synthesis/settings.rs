@@ -13,7 +13,9 @@ pub enum Sampler {
     /// Metropolis-adjusted Langevin steps with an adaptive step for each chain, preconditioned by the actual motion of each
     /// joint; geometric cooling; a distance weight that rises during cooling; heat-bath contact moves.
     Annealed,
-    /// Basin hopping: each step is a descent from a random displacement of the lowest end so far. For smooth energies.
+    /// Basin hopping: each step is a descent from a random displacement of the lowest end so far. For smooth energies. If
+    /// the hand has [balls](crate::hand::Hand::balls), the lowest end of an attempt that passes the strict filter counts, of
+    /// other hands the lowest.
     Hopping,
     /// The sampler of the code of Liu et al. (2021): temperature and step size depend on the energy, the gradient is
     /// divided by a running mean of its magnitude, acceptance is plain Metropolis, and contact moves are uniform and forced

@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 
 use petgraph::graph::NodeIndex;
 use petgraph::unionfind::UnionFind;
+use rayon::prelude::*;
 
 use super::barrier::{Connection, Connector, Effort, Pair};
 use super::groups::Groups;
@@ -18,7 +19,7 @@ use super::journal::{JournalError, Run};
 use super::landscape::{Landscape, NoMinimum};
 use super::minima::distinct;
 use super::network::{Claim, Evidence, Minimum, MinimumId, Network};
-use super::pairs::{BetweenMinima, bridges, candidates};
+use super::pairs::{BetweenMinima, Distances as _, bridges, candidates};
 use super::ripples::{basins, between};
 use super::support::{Trial, attempts, resample};
 use super::tree::{Tree, spanning_forest};
@@ -297,7 +298,8 @@ impl LandscapeBuilder<'_> {
         self.settings.decisive_replicas.saturating_sub(known)
     }
 
-    /// Runs `work` for each of `pairs` in parallel. The journal stores the results under `kind`.
+    /// Runs `work` for each of `pairs` in parallel, and returns the results in their order. The journal stores them under
+    /// `kind`.
     fn each(
         &self,
         pairs: &[(usize, usize)],
@@ -312,23 +314,38 @@ impl LandscapeBuilder<'_> {
             sameness: &self.settings.sameness,
         };
         let attempt = |pair: &(usize, usize)| self.tried.get(pair).copied().unwrap_or(0);
-        self.run.each(
+        // Far pairs take longest. They are begun first, so that nobody waits for the last of them.
+        let distance = |(i, j): (usize, usize)| self.distances.between(i, j);
+        let places = pairs.par_iter().enumerate();
+        let mut order: Vec<(f64, usize)> = places
+            .map(|(place, pair)| (distance(*pair), place))
+            .collect();
+        order.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let found = self.run.each(
             tally,
-            pairs,
-            |pair| format!("{kind}/{}-{}/{}", pair.0, pair.1, attempt(pair)),
-            |(i, j)| {
+            &order,
+            |(_, place)| {
+                let (i, j) = pairs[*place];
+                format!("{kind}/{i}-{j}/{}", attempt(&(i, j)))
+            },
+            |(_, place)| {
+                let (i, j) = pairs[*place];
                 let pair = Pair {
-                    ids: (MinimumId(*i), MinimumId(*j)),
-                    minima: (&self.minima[*i], &self.minima[*j]),
+                    ids: (MinimumId(i), MinimumId(j)),
+                    minima: (&self.minima[i], &self.minima[j]),
                     effort: Effort {
-                        attempt: attempt(&(*i, *j)),
+                        attempt: attempt(&(i, j)),
                         seed: self.settings.seed,
                     },
-                    known: self.known_height((*i, *j)),
+                    known: self.known_height((i, j)),
                 };
                 work(&connector, pair)
             },
-        )
+        )?;
+        let places = order.into_iter().map(|(_, place)| place);
+        let mut found: Vec<(usize, Connection)> = places.zip(found).collect();
+        found.sort_unstable_by_key(|(place, _)| *place);
+        Ok(found.into_iter().map(|(_, outcome)| outcome).collect())
     }
 
     fn known_height(&self, (i, j): (usize, usize)) -> f64 {
