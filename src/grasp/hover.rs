@@ -3,7 +3,6 @@
 //! With a small distance weight, a hand that floats off the object has nearly the energy of one that holds it. Every path
 //! is then a release and a regrasp, and barriers say nothing about force closure.
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::energy::{EnergySettingsError, GraspEnergy};
@@ -27,53 +26,59 @@ pub struct HoverCost {
     pub quartiles: [f64; 3],
 }
 
-/// For each of [`CLEARANCES_M`], the least energy near each of `minima` with every surface point of the hand at least that
-/// far off the object, relative to the energy of the minimum.
-///
-/// # Errors
-/// Never for an existing energy, whose settings are valid.
-pub fn hover_costs(
-    energy: &GraspEnergy,
-    minima: &[&[f64]],
-) -> Result<Vec<HoverCost>, EnergySettingsError> {
-    CLEARANCES_M
-        .iter()
-        .map(|&clearance_m| {
-            let weight = STIFFNESS * energy.settings().distance_weight.max(1.0);
-            let held_off = GraspEnergy::new(
-                energy.hand().clone(),
-                energy.object().clone(),
-                *energy.settings(),
-            )?
-            .with_clearance(clearance_m, weight);
-            let costs: Vec<(f64, f64)> = minima
-                .par_iter()
-                .map(|minimum| {
-                    let settings = QuenchSettings::default().with_gradient_tolerance(1e-4);
-                    let end = quench(&held_off, minimum, &settings);
-                    let mut unused = vec![0.0; energy.space().tangents()];
-                    let above = energy.evaluate(&end.x, &mut unused)
-                        - energy.evaluate(minimum, &mut unused);
-                    (above, energy.clearance_m(&end.x))
-                })
-                .collect();
-            let sorted = |mut values: Vec<f64>| {
-                values.sort_by(f64::total_cmp);
-                values
-            };
-            let above = sorted(costs.iter().map(|(above, _)| *above).collect());
-            let reached = sorted(costs.iter().map(|(_, reached)| *reached).collect());
-            let at = |values: &[f64], quarter: usize| {
-                values
-                    .get((values.len().max(1) - 1) * quarter / 4)
-                    .copied()
-                    .unwrap_or(f64::NAN)
-            };
-            Ok(HoverCost {
-                clearance_m,
-                reached_m: at(&reached, 2),
-                quartiles: [at(&above, 1), at(&above, 2), at(&above, 3)],
-            })
+/// Energies that keep the hand off the object, one for each of [`CLEARANCES_M`].
+#[derive(Debug)]
+pub struct HeldOff<'a> {
+    energy: &'a GraspEnergy,
+    held_off: Vec<GraspEnergy>,
+}
+
+impl<'a> HeldOff<'a> {
+    /// The energies beside `energy`.
+    ///
+    /// # Errors
+    /// Never for an existing energy, whose settings are valid.
+    pub fn new(energy: &'a GraspEnergy) -> Result<Self, EnergySettingsError> {
+        let weight = STIFFNESS * energy.settings().distance_weight.max(1.0);
+        let held_off = CLEARANCES_M.iter().map(|&clearance_m| {
+            let (hand, object) = (energy.hand().clone(), energy.object().clone());
+            let held_off = GraspEnergy::new(hand, object, *energy.settings())?;
+            Ok(held_off.with_clearance(clearance_m, weight))
+        });
+        Ok(Self {
+            energy,
+            held_off: held_off.collect::<Result<_, _>>()?,
         })
-        .collect()
+    }
+
+    /// The least energy near `minimum` with every surface point of the hand at least `CLEARANCES_M[clearance]` off the
+    /// object, relative to the energy of the minimum, and the clearance that is reached, metres.
+    ///
+    /// # Panics
+    /// If there is no such clearance, or if the minimum belongs to another hand.
+    pub fn probe(&self, clearance: usize, minimum: &[f64]) -> [f64; 2] {
+        let settings = QuenchSettings::default().with_gradient_tolerance(1e-4);
+        let end = quench(&self.held_off[clearance], minimum, &settings);
+        let mut unused = vec![0.0; self.energy.space().tangents()];
+        let mut energy = |x: &[f64]| self.energy.evaluate(x, &mut unused);
+        let above = energy(&end.x) - energy(minimum);
+        [above, self.energy.clearance_m(&end.x)]
+    }
+}
+
+impl HoverCost {
+    /// Medians and quartiles of what [`HeldOff::probe`] has found for one clearance.
+    pub fn of(clearance_m: f64, probed: &[[f64; 2]]) -> Self {
+        let quarter = |values: fn(&[f64; 2]) -> f64, quarter: usize| {
+            let mut sorted: Vec<f64> = probed.iter().map(values).collect();
+            sorted.sort_by(f64::total_cmp);
+            let place = (sorted.len().max(1) - 1) * quarter / 4;
+            sorted.get(place).copied().unwrap_or(f64::NAN)
+        };
+        Self {
+            clearance_m,
+            reached_m: quarter(|[_, reached_m]| *reached_m, 2),
+            quartiles: [1, 2, 3].map(|k| quarter(|[above, _]| *above, k)),
+        }
+    }
 }

@@ -7,12 +7,12 @@ use super::earlier::EarlierLandscape;
 use super::error::StudyError;
 use super::level::letting_go;
 use super::settings::{GraspMapSettings, StudyRun};
-use crate::grasp::hover::{HoverCost, hover_costs};
+use crate::grasp::hover::{CLEARANCES_M, HeldOff, HoverCost};
 use crate::grasp::{GraspEnergy, GraspKernel};
 use crate::store::{Population, Source};
 use crate::topography::{
-    Landscape, MapSettings, Minimum, MinimumId, SequentialSettings, build_landscape, distinct,
-    grow_landscape, quench_all, sequential,
+    Landscape, MapSettings, Minimum, MinimumId, Phase, SequentialSettings, build_landscape,
+    distinct, grow_landscape, quench_all, sequential,
 };
 
 /// A landscape of grasps and how it was made.
@@ -106,7 +106,7 @@ pub fn map_population(
     if minima.len() < 2 {
         return Err(StudyError::OneMinimum(population.grasps.len()));
     }
-    let hover = hover_costs(energy, &probes(energy, &minima))?;
+    let hover = hover_costs(energy, &probes(energy, &minima), run)?;
     (run.stage_ended)("hover", 0);
     map.groups.highest = hovering(&hover);
     let choice = ChainChoice::make(settings, (energy, &kernel), &minima, &mut map, run)?;
@@ -167,7 +167,7 @@ pub fn grow_population(
         .chain(&minima)
         .cloned()
         .collect();
-    let hover = hover_costs(energy, &probes(energy, &all))?;
+    let hover = hover_costs(energy, &probes(energy, &all), run)?;
     (run.stage_ended)("hover", 0);
     map.groups.highest = hovering(&hover);
     let landscape = grow_landscape(energy, &kernel, &known, minima, &map, &run.run)?;
@@ -215,6 +215,30 @@ fn descended(
 pub(super) fn hovering(hover: &[HoverCost]) -> Option<f64> {
     let cost = hover.first()?.quartiles[1];
     Some(cost.max(0.0)).filter(|_| !cost.is_nan())
+}
+
+/// What it costs to hover near `minima`, for each clearance.
+fn hover_costs(
+    energy: &GraspEnergy,
+    minima: &[&[f64]],
+    run: &StudyRun<'_>,
+) -> Result<Vec<HoverCost>, StudyError> {
+    let held_off = HeldOff::new(energy)?;
+    let clearances = 0..CLEARANCES_M.len();
+    let tasks: Vec<(usize, usize)> = clearances
+        .flat_map(|clearance| (0..minima.len()).map(move |place| (clearance, place)))
+        .collect();
+    let probed = run.run.each(
+        &run.run.tally(Phase::Hover, tasks.len()),
+        &tasks,
+        |(clearance, place)| format!("hover/{clearance}-{place}"),
+        |(clearance, place)| held_off.probe(*clearance, minima[*place]),
+    )?;
+    let probed = probed.chunks(minima.len().max(1));
+    let costs = CLEARANCES_M.iter().zip(probed);
+    Ok(costs
+        .map(|(clearance_m, probed)| HoverCost::of(*clearance_m, probed))
+        .collect())
 }
 
 /// Minima from all energies of the landscape, few enough for about a second. With an energy that knows the cost of letting

@@ -14,6 +14,8 @@ pub enum Phase {
     Search,
     /// Choosing pairs.
     Pairs,
+    /// Measuring what it costs to hover off the object.
+    Hover,
     /// Connecting near pairs.
     Connect,
     /// Joining components that are still separate.
@@ -45,6 +47,7 @@ impl Phase {
     pub fn name(self) -> &'static str {
         match self {
             Self::Quench => "descending",
+            Self::Hover => "hovering",
             Self::Connect => "connecting pairs",
             Self::Join => "joining components",
             Self::Retry => "improving merges",
