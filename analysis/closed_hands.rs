@@ -71,7 +71,9 @@ fn main() -> Result<(), Box<dyn Error>> {
          these, the table gives the share that holds in the drop test with its 95 % interval, the share that holds when \
          the object is let go at once, the share of the first {PUSHED} of the human hand that hold when they squeeze and the object is pushed \
          in six directions, the mean number of digits that touch and the share of palms that touch (not for hands \
-         of boxes), the share of no grasp type, and the depth that 95 % stay below. Nothing was closed or chosen after the descent.\n\n\
+         of boxes), the share of no grasp type, and the depth that 95 % stay below. Nothing was closed after the \
+         descents. Of the ends of an attempt the lowest counts, for hands of boxes the lowest that passes the strict \
+         filter.\n\n\
          | hand | object | kept | hold | interval | let go at once | six directions | digits | palm | of no type | depth |\n\
          |---|---|---|---|---|---|---|---|---|---|---|\n"
     );

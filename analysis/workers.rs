@@ -112,21 +112,17 @@ fn makespan(tasks: &[f64], workers: usize) -> f64 {
     free.into_iter().fold(0.0, f64::max)
 }
 
-/// Seconds that `workers` need at least if the tasks of a phase need not wait for each other and the longest ones begin
-/// first: a bound for any division of the same tasks into rounds.
+/// Least seconds that `workers` need for any division of the same tasks into rounds if phases follow each other: in each, the
+/// time of the longest task or an equal share of all, whichever is longer.
 fn without_rounds(rounds: &[Recorded], workers: usize) -> f64 {
-    let mut phases: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    let mut phases: BTreeMap<Phase, (f64, f64)> = BTreeMap::new();
     for round in rounds {
-        let tasks = phases.entry(round.phase.name()).or_default();
-        tasks.extend_from_slice(&round.tasks);
+        let (longest, sum) = phases.entry(round.phase).or_default();
+        *longest = round.tasks.iter().copied().fold(*longest, f64::max);
+        *sum += round.tasks.iter().sum::<f64>();
     }
-    let mut seconds = 0.0;
-    for tasks in phases.values_mut() {
-        tasks.sort_unstable_by(|a, b| b.total_cmp(a));
-        let longest = tasks.first().copied().unwrap_or(0.0);
-        seconds += longest.max(tasks.iter().sum::<f64>() / workers as f64);
-    }
-    seconds
+    let share = |(longest, sum): &(f64, f64)| longest.max(sum / workers as f64);
+    phases.values().map(share).sum()
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -193,7 +189,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             rounds.len()
         );
         println!(
-            "| workers | time, s | speed-up | busy with tasks | busy if each phase were one round |\n|---|---|---|---|---|"
+            "| workers | time, s | speed-up | busy with tasks | busy at most, with one round for each phase |\n|---|---|---|---|---|"
         );
         let busy = |time: f64, workers: usize| 100.0 * work / (time * workers as f64);
         for workers in [1, 2, 4, 8, 16, 32, 64, 128, 256] {

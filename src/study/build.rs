@@ -232,8 +232,12 @@ fn hover_costs(
         &run.run.tally(Phase::Hover, tasks.len()),
         &tasks,
         |(clearance, place)| format!("hover/{clearance}-{place}"),
-        |(clearance, place)| held_off.probe(*clearance, minima[*place]),
+        // Bits, because the text of a journal has no numbers that are not finite.
+        |(clearance, place)| (held_off.probe(*clearance, minima[*place])).map(f64::to_bits),
     )?;
+    let probed: Vec<[f64; 2]> = (probed.into_iter())
+        .map(|found: [u64; 2]| found.map(f64::from_bits))
+        .collect();
     let probed = probed.chunks(minima.len().max(1));
     let costs = CLEARANCES_M.iter().zip(probed);
     Ok(costs

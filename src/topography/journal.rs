@@ -102,7 +102,7 @@ impl Run<'_> {
     }
 
     /// The outcomes of `tasks`, each of which has a key of its own: the stored ones, and the others by `work`, in parallel.
-    /// Tasks are begun in their order. With [`Run::workers`] other processes do their share of them.
+    /// One process begins tasks in their order. With [`Run::workers`] each does so with its own share of them.
     pub(crate) fn each<K: Sync, T: Serialize + DeserializeOwned + Send>(
         &self,
         tally: &Tally<'_>,

@@ -137,7 +137,7 @@ fn run(
     let mut best: Option<(Synthesized, bool)> = None;
     let (mut steps, mut evaluations) = (0, 0);
     let attempts = settings.attempts.min(settings.steps.max(1));
-    for attempt in 0..attempts {
+    'attempts: for attempt in 0..attempts {
         // Divides the steps as evenly as possible.
         let share = settings.steps / attempts + u32::from(attempt < settings.steps % attempts);
         let (start, schedule) = match given {
@@ -152,7 +152,7 @@ fn run(
             }
         };
         evaluations += u64::from(share);
-        let end = walk(
+        let mut end = walk(
             guide.as_ref().unwrap_or(energy),
             settings,
             &schedule,
@@ -164,7 +164,10 @@ fn run(
         );
         steps += share;
         let only = attempts == 1;
-        let mut done = false;
+        if only {
+            // Its ends are not judged, so that none but the lowest counts.
+            end.others.clear();
+        }
         for (place, end) in end.each().enumerate() {
             let missed = (guide.as_ref()).is_some_and(|guide| misses_grip(guide, &end.raw));
             misses += u32::from(missed && place == 0);
@@ -174,17 +177,14 @@ fn run(
             }
             let (found, passes) = finish(energy, settings, refine, end, only);
             evaluations += found.evaluations;
-            done = passes && !missed;
+            let done = passes && !missed;
             let is_better = |known: &(Synthesized, bool)| !known.1 && found.energy < known.0.energy;
             if done || best.as_ref().is_none_or(is_better) {
                 best = Some((found, passes));
             }
             if done {
-                break;
+                break 'attempts;
             }
-        }
-        if done {
-            break;
         }
         if misses == MOST_MISSES && !energy.hand().balls().is_empty() {
             // Hands of meshes have thumbs of many kinds, and some oppose no finger alone.
@@ -414,4 +414,89 @@ fn accept(state: &mut State, proposal: &mut State, log_ratio: f64, rng: &mut Rng
         std::mem::swap(state, proposal);
     }
     accepted
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::grasp::EnergySettings;
+    use crate::hand::Hand;
+    use crate::object::Object;
+
+    fn settings(steps: u32, attempts: u32) -> SynthesisSettings {
+        SynthesisSettings {
+            steps,
+            attempts,
+            grips: None,
+            ..SynthesisSettings::closed()
+        }
+    }
+
+    fn gripper_on_a_box() -> GraspEnergy {
+        let hand = Arc::new(Hand::named("gripper_three_finger").unwrap());
+        let object = Arc::new(Object::named("box").unwrap());
+        GraspEnergy::new(hand, object, EnergySettings::closed()).unwrap()
+    }
+
+    /// An attempt whose lowest end is no grasp ends at a higher one that is.
+    #[test]
+    fn a_higher_end_may_count() {
+        let energy = gripper_on_a_box();
+        let (settings, refine) = (settings(10, 2), QuenchSettings::default());
+        let schedule = Schedule::new(&settings, 5);
+        let higher_counts = |chain: &u64| {
+            let mut rng = stream(1, Task::Synthesis, *chain);
+            let start = start::start(&energy, &settings, *chain, &mut rng);
+            let end = walk(
+                &energy,
+                &settings,
+                &schedule,
+                start,
+                &mut rng,
+                &mut |_, _| (),
+            );
+            let lowest = end.refined.energy;
+            let mut judged = end
+                .each()
+                .map(|end| finish(&energy, &settings, &refine, end, false));
+            let (_, lowest_passes) = judged.next().unwrap();
+            let Some((higher, _)) = judged.find(|(_, passes)| *passes) else {
+                return false;
+            };
+            if lowest_passes {
+                return false;
+            }
+            let found = synthesize(&energy, &settings, &refine, 1, *chain);
+            assert_eq!(found.refined, higher.refined);
+            assert!(found.energy > lowest);
+            true
+        };
+        assert!((0..20).any(|chain| higher_counts(&chain)));
+    }
+
+    /// Ends of an only attempt are not judged.
+    #[test]
+    fn an_only_attempt_ends_at_its_lowest_end() {
+        let energy = gripper_on_a_box();
+        let (settings, refine) = (settings(5, 1), QuenchSettings::default());
+        let mut rng = stream(1, Task::Synthesis, 3);
+        let start = start::start(&energy, &settings, 3, &mut rng);
+        let schedule = Schedule::new(&settings, 5);
+        let end = walk(
+            &energy,
+            &settings,
+            &schedule,
+            start,
+            &mut rng,
+            &mut |_, _| (),
+        );
+        assert!(!end.others.is_empty());
+        let (lowest, _) = finish(&energy, &settings, &refine, end, true);
+        let found = synthesize(&energy, &settings, &refine, 1, 3);
+        assert_eq!(found.refined, lowest.refined);
+        let others = u64::from(settings.start_candidates) + 5;
+        assert_eq!(found.evaluations, lowest.evaluations + others);
+    }
 }

@@ -314,7 +314,8 @@ impl LandscapeBuilder<'_> {
             sameness: &self.settings.sameness,
         };
         let attempt = |pair: &(usize, usize)| self.tried.get(pair).copied().unwrap_or(0);
-        // Far pairs take longest. They are begun first, so that nobody waits for the last of them.
+        // Far pairs take longest. They are begun first, so that nobody waits for the last of them; only where a worker is
+        // missing, others take its share from the end.
         let distance = |(i, j): (usize, usize)| self.distances.between(i, j);
         let places = pairs.par_iter().enumerate();
         let mut order: Vec<(f64, usize)> = places
