@@ -434,23 +434,22 @@ mod tests {
         }
     }
 
-    fn gripper_on_a_box() -> GraspEnergy {
+    fn gripper_on(object: &str) -> GraspEnergy {
         let hand = Arc::new(Hand::named("gripper_three_finger").unwrap());
-        let object = Arc::new(Object::named("box").unwrap());
+        let object = Arc::new(Object::named(object).unwrap());
         GraspEnergy::new(hand, object, EnergySettings::closed()).unwrap()
     }
 
     /// An attempt whose lowest end is no grasp ends at a higher one that is.
     #[test]
     fn a_higher_end_may_count() {
-        let energy = gripper_on_a_box();
         let (settings, refine) = (settings(10, 2), QuenchSettings::default());
         let schedule = Schedule::new(&settings, 5);
-        let higher_counts = |chain: &u64| {
-            let mut rng = stream(1, Task::Synthesis, *chain);
-            let start = start::start(&energy, &settings, *chain, &mut rng);
+        let higher_counts = |energy: &GraspEnergy, chain: u64| {
+            let mut rng = stream(1, Task::Synthesis, chain);
+            let start = start::start(energy, &settings, chain, &mut rng);
             let end = walk(
-                &energy,
+                energy,
                 &settings,
                 &schedule,
                 start,
@@ -460,7 +459,7 @@ mod tests {
             let lowest = end.refined.energy;
             let mut judged = end
                 .each()
-                .map(|end| finish(&energy, &settings, &refine, end, false));
+                .map(|end| finish(energy, &settings, &refine, end, false));
             let (_, lowest_passes) = judged.next().unwrap();
             let Some((higher, _)) = judged.find(|(_, passes)| *passes) else {
                 return false;
@@ -468,18 +467,22 @@ mod tests {
             if lowest_passes {
                 return false;
             }
-            let found = synthesize(&energy, &settings, &refine, 1, *chain);
+            let found = synthesize(energy, &settings, &refine, 1, chain);
             assert_eq!(found.refined, higher.refined);
             assert!(found.energy > lowest);
             true
         };
-        assert!((0..20).any(|chain| higher_counts(&chain)));
+        let counts_on = |object: &&str| {
+            let energy = gripper_on(object);
+            (0..9).any(|chain| higher_counts(&energy, chain))
+        };
+        assert!(["hammer", "mug", "bowl", "disk"].iter().any(counts_on));
     }
 
     /// Ends of an only attempt are not judged.
     #[test]
     fn an_only_attempt_ends_at_its_lowest_end() {
-        let energy = gripper_on_a_box();
+        let energy = gripper_on("box");
         let (settings, refine) = (settings(5, 1), QuenchSettings::default());
         let mut rng = stream(1, Task::Synthesis, 3);
         let start = start::start(&energy, &settings, 3, &mut rng);
