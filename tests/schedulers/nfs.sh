@@ -116,6 +116,7 @@ EXPORT {
     SecType = sys; Transports = TCP; FSAL { Name = VFS; }
 }
 EOF
+if (echo > /dev/tcp/127.0.0.1/2049) 2> /dev/null; then echo 'nfs: another server has port 2049' >&2; exit 1; fi
 mkdir -p "$work/recovery" /run/ganesha
 ganesha.nfsd -f "$work/ganesha.conf" -L "$work/ganesha.log" -p "$work/ganesha.pid" -N EVENT
 for ((tries = 0; tries < 100; tries++)); do (echo > /dev/tcp/127.0.0.1/2049) 2> /dev/null && break; sleep 0.2; done
