@@ -140,6 +140,14 @@ fn cases() -> Vec<(&'static str, EnergySettings)> {
             },
         ),
         (
+            "self-penetration, rounded",
+            EnergySettings {
+                self_penetration_weight: 1.0,
+                nearest_points_rounding: 0.01,
+                ..none()
+            },
+        ),
+        (
             "prior",
             EnergySettings {
                 prior_weight: 1.0,

@@ -1,9 +1,12 @@
 //! The energy of an elastic layer as a function of the pose; its derivatives are tested in `grasp_energy.rs`.
 
+use std::sync::Arc;
+
 use landscape::energy::Energy;
 use landscape::grasp::layer::LayerSettings;
 use landscape::grasp::{EnergySettings, GraspEnergy};
 use landscape::hand::PosedHand;
+use landscape::object::Object;
 use landscape::optimize::{QuenchSettings, quench};
 use landscape::sample::{Rng, Task, stream};
 use landscape::store::{GraspFile, Overrides};
@@ -155,6 +158,55 @@ fn absurd_layers_are_refused() {
         };
         let error = GraspEnergy::new(HAND.clone(), BALL.clone(), settings).unwrap_err();
         assert!(error.to_string().starts_with(name), "{error}");
+    }
+}
+
+/// The gradient does not jump: along random lines through walls, with joints far beyond their limits, the largest step of the
+/// gradient between neighbouring points vanishes when it is halved again and again.
+#[test]
+fn the_gradient_of_a_layer_is_continuous() {
+    const POINTS: usize = 300;
+    const HALVINGS: i32 = 26;
+    let mut rng = stream(6, Task::Start, 0);
+    for name in ["mug", "disk", "bowl"] {
+        let object = Arc::new(Object::named(name).unwrap());
+        let energy =
+            GraspEnergy::new(HAND.clone(), object.clone(), EnergySettings::closed()).unwrap();
+        let space = energy.space();
+        for line in 0..30 {
+            let start = pose(&HAND, &object, space, &mut rng);
+            let scales = space.step_scales();
+            let along: Vec<f64> = (scales.iter())
+                .map(|s| 0.1 * s * rng.random_range(-1.0..1.0))
+                .collect();
+            let gradient = |at: f64| {
+                let mut x = start.clone();
+                let tangent: Vec<f64> = along.iter().map(|a| at * a).collect();
+                space.exp(&mut x, &tangent);
+                let mut gradient = vec![0.0; space.tangents()];
+                energy.evaluate(&x, &mut gradient);
+                DVector::from_vec(gradient)
+            };
+            let far = |low: f64, high: f64| (gradient(high) - gradient(low)).norm();
+            let edge = |i: usize| i as f64 / POINTS as f64;
+            let steps = (0..POINTS).map(|i| (edge(i), edge(i + 1)));
+            let (mut low, mut high) = steps
+                .max_by(|a, b| far(a.0, a.1).total_cmp(&far(b.0, b.1)))
+                .unwrap();
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (low + high);
+                if far(low, middle) > far(middle, high) {
+                    high = middle;
+                } else {
+                    low = middle;
+                }
+            }
+            let (jump, size) = (far(low, high), gradient(low).norm());
+            assert!(
+                jump < 1e-3 * size,
+                "{name}, line {line} at {low}: {jump} of {size}"
+            );
+        }
     }
 }
 

@@ -51,7 +51,7 @@ pub use inscribed::Ball;
 pub use mass::LinkMass;
 pub use named::HAND_NAMES;
 pub use region::PatchSide;
-pub use self_pairs::{SegmentPair, axis_distance, closest_points};
+pub use self_pairs::{SegmentPair, axis_distance, closest_points, rounded_closest_points};
 pub use skin::{Skin, SkinVertex};
 pub(crate) use solid::{Part, Solid};
 pub(crate) use volar::volar_directions;

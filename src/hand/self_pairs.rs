@@ -27,9 +27,28 @@ pub struct SegmentPair {
 /// If the segments are parallel and many pairs are equally near, gives the pair with the least `s` on the overlap.
 /// After Ericson (2005), *Real-Time Collision Detection*, §5.1.9.
 pub fn closest_points(first: &[Vector3<f64>; 2], second: &[Vector3<f64>; 2]) -> SegmentPair {
+    rounded_closest_points(first, second, 0.0)
+}
+
+/// Points of two segments that are nearly the nearest and move continuously with the segments.
+///
+/// ```text
+/// (s, t) = argmin |p(s) − q(t)|² + ε (|u|² (s − ½)² + |v|² (t − ½)²),    s and t from 0 to 1
+/// ```
+///
+/// u and v are the segments and ε is `rounding`. The nearest points of two segments jump when these become parallel. For
+/// ε > 0 the function to minimise is strictly convex, so its minimum moves at a bounded speed. With ε = 0 these are the
+/// nearest points.
+pub fn rounded_closest_points(
+    first: &[Vector3<f64>; 2],
+    second: &[Vector3<f64>; 2],
+    rounding: f64,
+) -> SegmentPair {
     let (u, v) = (first[1] - first[0], second[1] - second[0]);
     let w = first[0] - second[0];
-    let (a, e, f) = (u.norm_squared(), v.norm_squared(), v.dot(&w));
+    let [first_squared, second_squared] = [u.norm_squared(), v.norm_squared()];
+    let [a, e] = [first_squared, second_squared].map(|squared| squared * (1.0 + rounding));
+    let f = v.dot(&w) + 0.5 * rounding * second_squared;
     let point = 1e-18;
     let (s, t) = if a <= point {
         (
@@ -41,7 +60,7 @@ pub fn closest_points(first: &[Vector3<f64>; 2], second: &[Vector3<f64>; 2]) -> 
             },
         )
     } else {
-        let c = u.dot(&w);
+        let c = u.dot(&w) - 0.5 * rounding * first_squared;
         if e <= point {
             ((-c / a).clamp(0.0, 1.0), 0.0)
         } else {
@@ -178,7 +197,54 @@ fn body(hand: &Hand, mut link: LinkId) -> LinkId {
 
 #[cfg(test)]
 mod tests {
+    use rand::RngExt;
+
     use super::*;
+    use crate::sample::{Task, stream};
+
+    /// Rounded nearest points minimise their function, and they move continuously through parallel segments, where the
+    /// nearest points jump from end to end.
+    #[test]
+    fn rounded_closest_points_do_not_jump() {
+        const ROUNDING: f64 = 0.01;
+        let mut rng = stream(1, Task::Start, 0);
+        for _ in 0..40 {
+            let mut vector = || Vector3::from_fn(|_, _| rng.random_range(-1.0..1.0_f64));
+            let (first, second) = ([vector(), vector()], [vector(), vector()]);
+            let [u, v] = [&first, &second].map(|axis| axis[1] - axis[0]);
+            let cost = |s: f64, t: f64| {
+                let offset = second[0] + v * t - first[0] - u * s;
+                let off_middle =
+                    |axis: &Vector3<f64>, s: f64| axis.norm_squared() * (s - 0.5).powi(2);
+                offset.norm_squared() + ROUNDING * (off_middle(&u, s) + off_middle(&v, t))
+            };
+            let found = rounded_closest_points(&first, &second, ROUNDING);
+            let steps = || (0..=100).map(|i| f64::from(i) / 100.0);
+            let costs = steps().flat_map(|s| steps().map(move |t| cost(s, t)));
+            assert!(cost(found.s, found.t) <= costs.fold(f64::INFINITY, f64::min) + 1e-12);
+        }
+        let first = [Vector3::zeros(), Vector3::x()];
+        let tilted = |angle: f64| {
+            let half = Vector3::new(libm::cos(angle), libm::sin(angle), 0.0) * 0.5;
+            let middle = Vector3::new(0.5, 0.0, 0.3);
+            // Tilted towards the first segment.
+            let half = Vector3::new(half.x, 0.0, half.y);
+            [middle - half, middle + half]
+        };
+        let places = |rounding: f64| {
+            [-1e-7, 1e-7].map(|angle| {
+                let found = rounded_closest_points(&first, &tilted(angle), rounding);
+                [found.s, found.t]
+            })
+        };
+        let [before, after] = places(0.0);
+        assert!((before[1] - after[1]).abs() > 0.9, "{before:?} {after:?}");
+        let [before, after] = places(ROUNDING);
+        let moved = (before[0] - after[0])
+            .abs()
+            .max((before[1] - after[1]).abs());
+        assert!(moved < 1e-5, "{before:?} {after:?}");
+    }
 
     /// Against a fine search over both parameters, for crossing, skew, parallel and pointlike segments.
     #[test]

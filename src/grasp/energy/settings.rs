@@ -89,6 +89,9 @@ pub struct EnergySettings {
     pub intrusion_free_m: f64,
     /// Weight of the hand's overlap with itself per unit length.
     pub self_penetration_weight: f64,
+    /// Rounding of the nearest points of two parts of the hand, which jump where the parts are parallel: a share of the
+    /// squared lengths of the parts, 0 for none. See [`SelfPenetration`].
+    pub nearest_points_rounding: f64,
     /// Rounding of the three kinds of depth, metres.
     pub depth_rounding_m: f64,
     /// Weight of joint excess per radian.
@@ -130,6 +133,7 @@ impl EnergySettings {
             intrusion_weight: 10.0,
             intrusion_free_m: 0.0015,
             self_penetration_weight: 10.0,
+            nearest_points_rounding: 0.0,
             depth_rounding_m: 0.0005,
             joint_limits_weight: 20.0,
             joint_limits_rounding_rad: 0.02,
@@ -149,6 +153,7 @@ impl EnergySettings {
             layer: Some(LayerSettings::default()),
             distance_weight: 40.0,
             self_penetration_weight: 3.0,
+            nearest_points_rounding: 0.01,
             depth_rounding_m: 0.002,
             joint_limits_weight: 6.0,
             prior_weight: 0.006,
@@ -177,6 +182,7 @@ impl EnergySettings {
             intrusion_weight: 0.0,
             intrusion_free_m: 0.0,
             self_penetration_weight: 0.0,
+            nearest_points_rounding: 0.0,
             depth_rounding_m: 0.0,
             joint_limits_weight: 0.0,
             joint_limits_rounding_rad: 0.02,
@@ -244,6 +250,7 @@ impl EnergySettings {
         terms.push(Box::new(SelfPenetration {
             weight: self.self_penetration_weight,
             rounding_m: self.depth_rounding_m,
+            nearest_points_rounding: self.nearest_points_rounding,
         }));
         terms.push(Box::new(JointLimits {
             weight: self.joint_limits_weight,
@@ -320,6 +327,7 @@ impl EnergySettings {
             ("intrusion_weight", self.intrusion_weight),
             ("intrusion_free_m", self.intrusion_free_m),
             ("self_penetration_weight", self.self_penetration_weight),
+            ("nearest_points_rounding", self.nearest_points_rounding),
             ("depth_rounding_m", self.depth_rounding_m),
             ("joint_limits_weight", self.joint_limits_weight),
             ("joint_limits_rounding_rad", self.joint_limits_rounding_rad),

@@ -7,22 +7,27 @@ use crate::grasp::layer::{ComplianceSettings, LayerSettings, Node, mean_complian
 
 /// Range of the cosine between the palmar side and the direction of the contact over which a sphere begins to carry.
 const PALMAR: [f64; 2] = [-0.5, 0.3];
-/// Nodes with less weight carry nothing.
-const LEAST_WEIGHT: f64 = 1e-12;
+/// Range over which the length of a normal decides how much its sphere or node carries. Only lengths below the upper end
+/// matter, and these are found where skin feels two sides of a wall or a slot at once.
+const DIRECTED: [f64; 2] = [0.25, 0.5];
+/// Nodes with less weight carry nothing: quotients of smaller numbers would lose digits.
+const LEAST_WEIGHT: f64 = 1e-200;
 
 /// How much the elastic layer of the hand gives under test loads on the object: w for a hand that has let go, about 0 for
 /// one that holds in all directions.
 ///
 /// ```text
 /// E = w mean_compliance(nodes),   W = Σ_s h_s w_s,   a = Σ h_s w_s a_s / W,   n = Σ h_s w_s n_s / |Σ h_s w_s n_s|
-/// w_s = share_s · S(−n·volar) · S(gap)
+/// w_s = share_s · S(−n·volar) · S(gap) · S(|∇d|),   stiffness of a node = W · S(|Σ h w n| / W)
 /// ```
 ///
 /// Spheres s carry with their area, their gap and their side; nodes average them with hat functions h. This average is our
 /// own; [`layer`](crate::grasp::layer) and [`mean_compliance`] name what they rest on.
 ///
-/// The gradient is Lipschitz continuous where |Σ h w n| and the slope of the object's field at the spheres stay away from 0,
-/// since derivatives of normals have them as divisors. Deep in a thin wall both can vanish, and there is no bound there.
+/// Derivatives of normals have |∇d|, the slope of the object's field d, and |Σ h w n| as divisors. Both can vanish where skin
+/// feels two sides of a wall or a slot at once, whose normals cancel. The last two steps S let such skin carry less, and
+/// nothing before there is no normal: they are 1 from 0.5 on and 0 up to 0.25. So the gradient is Lipschitz continuous
+/// wherever the second derivatives of d are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LayerCompliance {
     /// Settings of the layer.
@@ -33,9 +38,10 @@ pub struct LayerCompliance {
 struct Carrier<'a> {
     near: &'a crate::grasp::layer::NearSphere,
     weight: f64,
-    /// Derivatives of the weight by the gap and by the cosine.
+    /// Derivatives of the weight by the gap, by the cosine and by the length of the gradient.
     by_gap: f64,
     by_cosine: f64,
+    by_length: f64,
     inward: Vector3<f64>,
     arm: Vector3<f64>,
     volar: Vector3<f64>,
@@ -50,6 +56,15 @@ struct Sums {
     normal: Vector3<f64>,
 }
 
+/// A node that carries, its sums, and how much of it the length of its normal lets carry.
+struct Place {
+    node: usize,
+    weight: f64,
+    length: f64,
+    directed: f64,
+    directed_slope: f64,
+}
+
 impl LayerCompliance {
     fn carriers<'a>(&self, scene: &Scene<'a>) -> Vec<Carrier<'a>> {
         let layer = scene.layer;
@@ -57,7 +72,8 @@ impl LayerCompliance {
         for near in scene.near_spheres {
             let sphere = &layer.spheres[near.sphere as usize];
             let length = near.gradient.norm();
-            if !sphere.may_touch || length == 0.0 {
+            let (directed, directed_slope) = step(length, DIRECTED);
+            if !sphere.may_touch || directed == 0.0 {
                 continue;
             }
             let (carries, carries_slope) = self.settings.carries(near.gap_m);
@@ -77,9 +93,10 @@ impl LayerCompliance {
             let contact = near.centre + inward * sphere.radius_m;
             carriers.push(Carrier {
                 near,
-                weight: sphere.share * side * carries,
-                by_gap: sphere.share * side * carries_slope,
-                by_cosine: sphere.share * side_slope * carries,
+                weight: sphere.share * side * carries * directed,
+                by_gap: sphere.share * side * carries_slope * directed,
+                by_cosine: sphere.share * side_slope * carries * directed,
+                by_length: sphere.share * side * carries * directed_slope,
                 inward,
                 arm: (contact - scene.object.centroid) / scene.unit_m,
                 volar,
@@ -117,17 +134,25 @@ impl Term for LayerCompliance {
         }
         let mut places = Vec::new();
         let mut nodes = Vec::new();
-        let mut lengths = Vec::new();
         for (k, sum) in sums.iter().enumerate() {
+            if sum.weight <= LEAST_WEIGHT {
+                continue;
+            }
             let length = sum.normal.norm();
-            if sum.weight > LEAST_WEIGHT && length > LEAST_WEIGHT * sum.weight {
-                places.push(k);
+            let (directed, directed_slope) = step(length / sum.weight, DIRECTED);
+            if directed > 0.0 {
+                places.push(Place {
+                    node: k,
+                    weight: sum.weight,
+                    length,
+                    directed,
+                    directed_slope,
+                });
                 nodes.push(Node {
-                    stiffness: sum.weight,
+                    stiffness: sum.weight * directed,
                     arm: sum.arm / sum.weight,
                     inward_normal: sum.normal / length,
                 });
-                lengths.push(length);
             }
         }
         let settings = ComplianceSettings {
@@ -143,15 +168,18 @@ impl Term for LayerCompliance {
         let scale = self.weight();
         // Derivatives of the compliance by the sums of each node.
         let mut by_sums = vec![Sums::default(); layer.nodes];
-        for (k, &node) in places.iter().enumerate() {
+        for (k, place) in places.iter().enumerate() {
             let at = &nodes[k];
             let n = &at.inward_normal;
-            let arm = found.by_arm[k] / at.stiffness;
+            let arm = found.by_arm[k] / place.weight;
             let across = found.by_normal[k] - n * n.dot(&found.by_normal[k]);
-            by_sums[node] = Sums {
-                weight: found.by_stiffness[k] - arm.dot(&at.arm),
+            // The stiffness W S(l/W) changes by (S − S' l/W) dW + S' dl.
+            let by_length = found.by_stiffness[k] * place.directed_slope;
+            let by_weight = found.by_stiffness[k] * place.directed;
+            by_sums[place.node] = Sums {
+                weight: by_weight - by_length * place.length / place.weight - arm.dot(&at.arm),
                 arm,
-                normal: across / lengths[k],
+                normal: across / place.length + n * by_length,
             };
         }
         for carrier in &carriers {
@@ -174,8 +202,9 @@ impl Term for LayerCompliance {
             by_inward += by_arm * (sphere.radius_m / scene.unit_m) + carrier.volar * by_cosine;
             // The inward normal is −g/|g|, so its derivative is −(I − nnᵀ) H/|g|.
             let across = by_inward - carrier.inward * carrier.inward.dot(&by_inward);
+            let along = carrier.inward * (by_weight * carrier.by_length);
             let force = near.gradient * (by_weight * carrier.by_gap) + by_arm / scene.unit_m
-                - near.hessian * across / length;
+                - near.hessian * (across / length + along);
             forces.push(sphere.link, &near.centre, &(force * scale));
             let turn = carrier.volar.cross(&carrier.inward) * (by_cosine * scale);
             forces.wrenches[sphere.link.0].moment += turn;
