@@ -140,7 +140,7 @@ fn what_touches_touches_and_nothing_is_inside() {
 
 /// The widened fixtures: the same scenes with other sizes, forms and hands.
 #[test]
-fn every_type_is_widened_to_six_objects_and_three_hands() {
+fn every_type_is_widened_to_six_objects_and_four_hands() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/taxonomy/fixtures");
     let fixtures = |name: &str| -> Vec<Widened> {
         let text = std::fs::read_to_string(format!("{folder}/{name}.json")).unwrap();
@@ -172,7 +172,7 @@ fn every_type_is_widened_to_six_objects_and_three_hands() {
         }
         assert_eq!(objects.len(), 34, "{name}");
         assert!(
-            hands.len() == 3 && hands.values().all(|count| *count >= 80),
+            hands.len() == 4 && hands.values().all(|count| *count >= 80),
             "{hands:?}"
         );
     }

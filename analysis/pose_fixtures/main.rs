@@ -4,7 +4,7 @@
 //!
 //! `cargo run --release --example pose_fixtures [FOLDER [ID …]]`: with a folder, it also draws the fixtures whose id starts
 //! with one of `ID` into it. Files are written when all fixtures are posed. `--widen` in place of FOLDER only makes the
-//! widened ones, from the files of posed fixtures; `LANDSCAPE_TEST_DATA` must then name the test data with the Shadow hand.
+//! widened ones, from the files of posed fixtures; `LANDSCAPE_TEST_DATA` must then name the test data with the other hands.
 
 #[path = "../../tests/taxonomy/fixture.rs"]
 mod fixture;

@@ -19,6 +19,9 @@ use crate::widened::{HandName, Widened, can_be_reshaped, object};
 /// Range of the factor on the object's size, and how often a new one is tried until a hand closes well.
 const SCALES: [f64; 2] = [0.82, 1.22];
 const TRIES: usize = 2;
+/// The first hands share the numbers of their random streams; each later hand has numbers of its own, so that a new hand
+/// changes no fixture of the others.
+const TOGETHER: usize = 3;
 /// A scene is kept if its contacts are no farther than this and nothing is deeper, metres.
 const OPEN_M: f64 = 2.5e-3;
 const DEEP_M: f64 = 3e-3;
@@ -178,11 +181,18 @@ pub(crate) fn widen(
     seed: u64,
 ) -> Result<Vec<Widened>, String> {
     let human = hands.first().ok_or("no hand")?;
-    let tasks: Vec<(usize, &Fixture, &Reader<'_>)> = bases
-        .iter()
-        .flat_map(|base| hands.iter().map(move |hand| (base, hand)))
-        .enumerate()
-        .map(|(task, (base, hand))| (task, base, hand))
+    let number = |base: usize, hand: usize| {
+        if hand < TOGETHER {
+            base * TOGETHER + hand
+        } else {
+            hand * bases.len() + base
+        }
+    };
+    let tasks: Vec<(usize, &Fixture, &Reader<'_>)> = (bases.iter().enumerate())
+        .flat_map(|(b, base)| {
+            let hands = hands.iter().enumerate();
+            hands.map(move |(h, hand)| (number(b, h), base, hand))
+        })
         .collect();
     let made: Vec<Option<Widened>> = tasks
         .par_iter()

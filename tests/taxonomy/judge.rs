@@ -5,7 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use landscape::evaluation::taxonomy::{
-    Anatomy, Label, Labeller, Rule, Taxonomy, TouchingPatch, Verdict, held, label_contacts, touches,
+    Anatomy, Label, Labeller, Rule, Sharpness, Taxonomy, TouchingPatch, Verdict, held,
+    label_contacts, touches,
 };
 use landscape::hand::{Hand, PosedHand};
 use landscape::object::{Assembly, Object, Primitive};
@@ -166,7 +167,7 @@ pub(crate) fn judge_each(
     cases: &[Case],
     rule: &Rule,
     noise: Noise,
-    sharpness: &[f64],
+    sharpness: &[Sharpness],
 ) -> Result<Vec<Vec<Outcome>>, Failure> {
     let of_case = |(index, case): (usize, &Case)| -> Result<Vec<Vec<Outcome>>, Failure> {
         let Case {
@@ -187,7 +188,7 @@ pub(crate) fn judge_each(
             hand.pose(x, &mut read);
             let carried: Vec<TouchingPatch> =
                 near.iter().map(|t| t.carried(&posed, &read)).collect();
-            let label = |sharpness: &f64| {
+            let label = |sharpness: &Sharpness| {
                 let mut rule = rule.clone();
                 rule.sharpness = *sharpness;
                 label_contacts(&rule, &anatomy, &read, &carried, held.clone())

@@ -21,13 +21,15 @@ pub(crate) enum HandName {
     SmallHuman,
     /// The Shadow hand of the test data (`hands/dex_urdf`, Apache 2.0).
     Shadow,
+    /// The hand of the test data with MANO's bones and joints (`hands/mano`, CC BY-NC 4.0).
+    Mano,
 }
 
 /// Size of the small human hand.
 const SMALL: f64 = 0.88;
 
 impl HandName {
-    pub(crate) const ALL: [Self; 3] = [Self::Human, Self::SmallHuman, Self::Shadow];
+    pub(crate) const ALL: [Self; 4] = [Self::Human, Self::SmallHuman, Self::Shadow, Self::Mano];
 
     /// The hand; `None` for one of the test data, if `LANDSCAPE_TEST_DATA` does not name them.
     pub(crate) fn hand(self) -> Option<Arc<Hand>> {
@@ -37,15 +39,17 @@ impl HandName {
                 let [urdf, _] = Hand::human_description();
                 Hand::from_urdf(&scaled_urdf(urdf, SMALL), None).ok()?
             }
-            Self::Shadow => {
-                let data = std::env::var_os("LANDSCAPE_TEST_DATA")?;
-                let path = "hands/dex_urdf/shadow_hand/shadow_hand_right.urdf";
-                let files = HandFiles::load(&Path::new(&data).join(path)).ok()?;
-                Hand::from_files(&files).ok()?
-            }
+            Self::Shadow => of_test_data("hands/dex_urdf/shadow_hand/shadow_hand_right.urdf")?,
+            Self::Mano => of_test_data("hands/mano/mano_right.xml")?,
         };
         Some(Arc::new(hand))
     }
+}
+
+fn of_test_data(path: &str) -> Option<Hand> {
+    let data = std::env::var_os("LANDSCAPE_TEST_DATA")?;
+    let files = HandFiles::load(&Path::new(&data).join(path)).ok()?;
+    Hand::from_files(&files).ok()
 }
 
 /// The description with all its lengths multiplied.

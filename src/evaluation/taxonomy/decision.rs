@@ -4,7 +4,7 @@ use super::anatomy::Anatomy;
 use super::facts::Facts;
 use super::form::Held;
 use super::label::{Candidate, Verdict};
-use super::rule::{Cue, Rule, meaning, name};
+use super::rule::{Cue, Rule, Sharpness, meaning, name};
 use super::table::{Category, GraspType, Taxonomy};
 use super::touch::ramp;
 
@@ -66,8 +66,8 @@ impl Fits {
     }
 
     /// Probabilities of the types by number.
-    fn probabilities(&self, sharpness: f64) -> Vec<f64> {
-        let blunted = |fit: f64| libm::pow(fit, sharpness);
+    fn probabilities(&self, exponent: f64) -> Vec<f64> {
+        let blunted = |fit: f64| libm::pow(fit, exponent);
         let sum: f64 = self.0.iter().flatten().copied().map(blunted).sum();
         let share =
             |fit: &Option<f64>| fit.map_or(0.0, |fit| blunted(fit) / sum.max(f64::MIN_POSITIVE));
@@ -91,11 +91,16 @@ impl Answer {
     /// The answer for a pose and its corrected readings; `None` without any fits.
     ///
     /// The order of the answers follows from the fits as they are, and so does what is close. The probabilities that are
-    /// told are made of the fits to the power of `sharpness`.
-    pub(super) fn of(posed: Option<&Fits>, corrected: &[&Fits], sharpness: f64) -> Option<Self> {
+    /// told are made of the fits to the power that `sharpness` gives.
+    pub(super) fn of(
+        posed: Option<&Fits>,
+        corrected: &[&Fits],
+        sharpness: Sharpness,
+    ) -> Option<Self> {
         let all = || posed.into_iter().chain(corrected.iter().copied());
         let fit = all().map(Fits::best).reduce(f64::max)?;
-        let [plain, told] = [1.0, sharpness].map(|power| probabilities(posed, corrected, power));
+        let [plain, told] =
+            [1.0, sharpness.exponent(fit)].map(|power| probabilities(posed, corrected, power));
         let place = |entry: &GraspType| usize::from(entry.number) - 1;
         let of = |entry: &GraspType| plain[place(entry)];
         let types = || Taxonomy::feix().types.iter();
@@ -151,10 +156,10 @@ impl Answer {
     }
 }
 
-fn probabilities(posed: Option<&Fits>, corrected: &[&Fits], sharpness: f64) -> Vec<f64> {
+fn probabilities(posed: Option<&Fits>, corrected: &[&Fits], exponent: f64) -> Vec<f64> {
     let mut sum = vec![0.0; Taxonomy::feix().types.len()];
     let mut add = |fits: &Fits, weight: f64| {
-        for (sum, p) in sum.iter_mut().zip(fits.probabilities(sharpness)) {
+        for (sum, p) in sum.iter_mut().zip(fits.probabilities(exponent)) {
             *sum += weight * p;
         }
     };
@@ -236,10 +241,15 @@ pub(super) fn evidence(
 mod tests {
     use super::*;
 
+    const AS_THEY_ARE: Sharpness = Sharpness {
+        least: 1.0,
+        by_fit: 0.0,
+    };
+
     fn answer(fits: &[(u8, f64)]) -> Answer {
         let of = |number: u8| fits.iter().find(|(known, _)| *known == number);
         let fits = (1..=33).map(|number| Some(of(number).map_or(1e-4, |(_, fit)| *fit)));
-        Answer::of(Some(&Fits(fits.collect())), &[], 1.0).unwrap()
+        Answer::of(Some(&Fits(fits.collect())), &[], AS_THEY_ARE).unwrap()
     }
 
     /// 1 and 3 are of one cell, 31 of another cell of their category, 14 of another category.

@@ -5,7 +5,7 @@ use super::decision::{Answer, Evidence, Fits, evidence};
 use super::facts::{DIGITS, Facts, TOUCHES};
 use super::form::{Held, held, held_by_contacts};
 use super::pose_correction::{PoseCorrection, readings};
-use super::rule::Rule;
+use super::rule::{Rule, Sharpness};
 use super::table::{Category, GraspType, Opposition, Taxonomy, spell_digits};
 use super::touch::{TouchingPatch, touches};
 use crate::hand::{Hand, PatchSide, PosedHand};
@@ -211,7 +211,7 @@ impl<'a> Labeller<'a> {
     ///
     /// # Panics
     /// As [`Labeller::label`].
-    pub fn labels(&self, x: &[f64], sharpness: &[f64]) -> Vec<Label> {
+    pub fn labels(&self, x: &[f64], sharpness: &[Sharpness]) -> Vec<Label> {
         let anatomy = match &self.anatomy {
             Ok(anatomy) => anatomy,
             Err(why) => {
@@ -231,7 +231,8 @@ impl<'a> Labeller<'a> {
         poses.retain(|pose| *pose != asked);
         let as_posed = read(&asked);
         let corrected: Vec<Reading> = poses.iter().filter_map(read).collect();
-        let label = |sharpness: &f64| named(self.rule, *sharpness, as_posed.as_ref(), &corrected);
+        let label =
+            |sharpness: &Sharpness| named(self.rule, *sharpness, as_posed.as_ref(), &corrected);
         sharpness.iter().map(label).collect()
     }
 }
@@ -282,7 +283,12 @@ impl Reading {
 }
 
 /// The label of a pose and its readings.
-fn named(rule: &Rule, sharpness: f64, as_posed: Option<&Reading>, corrected: &[Reading]) -> Label {
+fn named(
+    rule: &Rule,
+    sharpness: Sharpness,
+    as_posed: Option<&Reading>,
+    corrected: &[Reading],
+) -> Label {
     let posed = as_posed.map(|reading| &reading.fits);
     let fits: Vec<&Fits> = corrected.iter().map(|reading| &reading.fits).collect();
     let Some(answer) = Answer::of(posed, &fits, sharpness) else {

@@ -26,7 +26,7 @@ pub use label::{
     Candidate, Inapplicable, Label, Labeller, NOT_APPLICABLE, UNLISTED, Verdict, label_contacts,
 };
 pub use pose_correction::{PoseCorrection, readings};
-pub use rule::Rule;
+pub use rule::{Rule, Sharpness};
 pub use table::{Category, Disagreement, Form, GraspType, Opposition, Taxonomy, Thumb};
 pub use touch::{NEAR_M, TouchingPatch, touches};
 

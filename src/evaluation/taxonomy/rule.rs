@@ -13,7 +13,7 @@ use super::table::{Category, GraspType, Opposition, Taxonomy, Thumb};
 /// The rule as text.
 const RULE: &str = include_str!("../../../data/taxonomy/rule.toml");
 
-/// Greatest exponent of the fits.
+/// Greatest exponent of the fits, and greatest part of it by the fit.
 const SHARPEST: f64 = 5.0;
 
 /// What a type expects of a fact.
@@ -29,14 +29,35 @@ pub(super) struct Cue {
     pub(super) trust: f64,
 }
 
+/// The exponent of the fits in the probabilities that are told.
+///
+/// ```text
+/// exponent = least + by_fit · (how well the type that fits best fits, 0 to 1)
+/// ```
+///
+/// Above 1 probabilities are more certain than the fits, below 1 less. A grasp that fits some type well is mostly right to be
+/// called that, and one that fits all types badly is often called something else by people.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sharpness {
+    /// The exponent of a grasp that fits no type.
+    pub least: f64,
+    /// What is added for one that fits a type in all that it expects.
+    pub by_fit: f64,
+}
+
+impl Sharpness {
+    pub(super) fn exponent(self, fit: f64) -> f64 {
+        self.least + self.by_fit * fit
+    }
+}
+
 /// The rule that names grasps: what each type expects, and thresholds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rule {
     /// A grasp that fits no type better is unlisted.
     pub unlisted_below: f64,
-    /// Exponent of the fits in the probabilities that are told: above 1 they are more certain, below 1 less. The label does
-    /// not depend on it.
-    pub sharpness: f64,
+    /// How certain the probabilities are that are told. The label does not depend on it.
+    pub sharpness: Sharpness,
     /// Least share of its cell's probability with which a type is the label.
     pub type_share: f64,
     /// Least share of its category's probability with which a cell is the label.
@@ -87,9 +108,11 @@ struct File {
     should: f64,
     rather: f64,
     unlisted_below: f64,
-    /// Absent in the rule that comes with the program, whose fits are taken as they are.
+    /// Where it is absent, fits are taken as they are.
     #[serde(default = "as_they_are")]
     sharpness: f64,
+    #[serde(default)]
+    sharpness_by_fit: f64,
     type_share: f64,
     cell_share: f64,
     holding: Vec<Holding>,
@@ -202,6 +225,10 @@ impl Rule {
             let problem = format!("{} is not above 0 and at most {SHARPEST}", file.sharpness);
             return Err(refuse("sharpness", problem));
         }
+        if !(0.0..=SHARPEST).contains(&file.sharpness_by_fit) {
+            let problem = format!("{} is not between 0 and {SHARPEST}", file.sharpness_by_fit);
+            return Err(refuse("sharpness_by_fit", problem));
+        }
         if let Some((name, value)) = file.outside() {
             let problem = format!("{value} is not above 0 and at most 1");
             return Err(refuse(name, problem));
@@ -215,7 +242,10 @@ impl Rule {
             version: version(text),
             cues: cues.collect::<Result<_, _>>()?,
             unlisted_below: file.unlisted_below,
-            sharpness: file.sharpness,
+            sharpness: Sharpness {
+                least: file.sharpness,
+                by_fit: file.sharpness_by_fit,
+            },
             type_share: file.type_share,
             cell_share: file.cell_share,
         })
@@ -329,6 +359,8 @@ mod tests {
         told("number = 7", "number = 8", "exactly one entry");
         told("\"curl\"", "\"curly\"", "no fact is called \"curly\"");
         told("must = 0.95", "must = 1.95", "1.95 is not above 0");
+        told("sharpness = 0.6", "sharpness = 0", "0 is not above 0");
+        told("by_fit = 1.5", "by_fit = -1", "-1 is not between 0");
         told("= \"must\"", "= \"shall\"", "shall");
         told("either = [5]", "neither = [5]", "neither");
         assert_ne!(
