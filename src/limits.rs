@@ -124,6 +124,10 @@ limits! {
     PATCH_SPACING: 1e-3, 1.0, "m",
         "patches lie millimetres to centimetres apart";
 
+    /// The rounding of nearest points, a share of squared lengths.
+    NEAREST_POINTS_ROUNDING: 0.0, 1.0, "",
+        "it is a share, and with a large one parts of a hand would pass through each other";
+
     /// Probabilities, rates and shares of a synthesis that serve as divisors.
     SHARE: 1e-6, 1.0, "",
         "a share is above 0 and at most 1";
@@ -331,6 +335,7 @@ mod tests {
             ENERGY_SETTING,
             DISTANCE_WEIGHT,
             TEMPERATURE,
+            NEAREST_POINTS_ROUNDING,
             SHARE,
             STEPS,
             ATTEMPTS,

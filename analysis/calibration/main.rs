@@ -164,13 +164,49 @@ fn loss(conditions: &[Condition]) -> f64 {
     losses.iter().sum::<f64>() / losses.len() as f64
 }
 
+/// The head of the report with the loss of each pair that is tried, and these losses.
+fn choices(rule: &Rule, fitted: &[Case]) -> Result<(String, Vec<f64>), Failure> {
+    let sharpness = rule.sharpness;
+    let mut text = format!(
+        "# Whether the rule's probabilities mean what they say\n\n`LANDSCAPE_TEST_DATA=… cargo run --release --example \
+         calibration`, rule {}.\n\n## The exponent of the fits\n\nThe exponent is *least* + *by fit* × (how well the best \
+         type fits). On {} widened fixtures; the loss under the two conditions below whose errors are as large as those of \
+         people, the calibration errors under all. The rule has {} and {}.\n\n| least | by fit | loss of the type's \
+         probability | calibration error, type | cell | category |\n|---|---|---|---|---|---|\n",
+        rule.version,
+        fitted.len(),
+        sharpness.least,
+        sharpness.by_fit
+    );
+    let tried = tried();
+    let mut losses = Vec::new();
+    for (Sharpness { least, by_fit }, found) in tried.iter().zip(outcomes(fitted, rule, &tried)?) {
+        losses.push(loss(&found));
+        let errors = Level::ALL.map(|level| {
+            let all = found.iter().flat_map(|condition| &condition.outcomes);
+            calibration_error(&reliability(
+                all.filter_map(|outcome| level.answered(outcome)),
+            ))
+        });
+        let _ = writeln!(
+            text,
+            "| {least} | {by_fit} | {:.4} | {:.3} | {:.3} | {:.3} |",
+            loss(&found),
+            errors[0],
+            errors[1],
+            errors[2]
+        );
+    }
+    Ok((text, losses))
+}
+
 /// Of the pairs whose loss is nearly the least, the one that is least certain; and the least loss.
 fn choice(tried: &[Sharpness], losses: &[f64]) -> Option<(Sharpness, f64)> {
     let best = losses.iter().copied().reduce(f64::min)?;
     let good = tried.iter().zip(losses);
     let good = good.filter(|(_, loss)| **loss <= best + ALIKE);
-    let most = |sharpness: &Sharpness| sharpness.least + sharpness.by_fit;
-    let least = good.min_by(|a, b| most(a.0).total_cmp(&most(b.0)))?;
+    let greatest_exponent = |sharpness: &Sharpness| sharpness.least + sharpness.by_fit;
+    let least = good.min_by(|a, b| greatest_exponent(a.0).total_cmp(&greatest_exponent(b.0)))?;
     Some((*least.0, best))
 }
 
@@ -209,38 +245,8 @@ fn main() -> Result<(), Failure> {
         place % EVERY == 0
     });
     let unseen = widened("widened_held_out", &["second_held_out"])?;
-    let sharpness = rule.sharpness;
-    let mut text = format!(
-        "# Whether the rule's probabilities mean what they say\n\n`LANDSCAPE_TEST_DATA=… cargo run --release --example \
-         calibration`, rule {}.\n\n## The exponent of the fits\n\nThe exponent is *least* + *by fit* × (how well the best \
-         type fits). On {} widened fixtures; the loss under the two conditions below whose errors are as large as those of \
-         people, the calibration errors under all. The rule has {} and {}.\n\n| least | by fit | loss of the type's \
-         probability | calibration error, type | cell | category |\n|---|---|---|---|---|---|\n",
-        rule.version,
-        fitted.len(),
-        sharpness.least,
-        sharpness.by_fit
-    );
+    let (mut text, losses) = choices(&rule, &fitted)?;
     let tried = tried();
-    let mut losses = Vec::new();
-    for (Sharpness { least, by_fit }, found) in tried.iter().zip(outcomes(&fitted, &rule, &tried)?)
-    {
-        losses.push(loss(&found));
-        let errors = Level::ALL.map(|level| {
-            let all = found.iter().flat_map(|condition| &condition.outcomes);
-            calibration_error(&reliability(
-                all.filter_map(|outcome| level.answered(outcome)),
-            ))
-        });
-        let _ = writeln!(
-            text,
-            "| {least} | {by_fit} | {:.4} | {:.3} | {:.3} | {:.3} |",
-            loss(&found),
-            errors[0],
-            errors[1],
-            errors[2]
-        );
-    }
     let (chosen, best) = choice(&tried, &losses).ok_or("there are no fixtures")?;
     let _ = writeln!(
         text,
@@ -254,7 +260,7 @@ fn main() -> Result<(), Failure> {
         "\n## On fixtures that took no part\n\n{} widened fixtures of the second authored set: other scenes, sizes, forms, and \
          hands. *Calibration error*: the mean difference between the probability and the share that is right, over five bins.\n\n\
          | condition | answers | right: category, cell, type | calibration error: category, cell, type | unlisted | others \
-         accepted |\n|---|---|---|---|---|---|\n",
+         accepted | median of the best fit |\n|---|---|---|---|---|---|---|\n",
         unseen.len()
     );
     for condition in &judged {
@@ -326,8 +332,11 @@ fn row(condition: &Condition) -> String {
     let error = |level: Level| {
         calibration_error(&reliability(known.iter().filter_map(|o| level.answered(o))))
     };
+    let mut fits: Vec<f64> = known.iter().map(|outcome| outcome.label.fit).collect();
+    fits.sort_by(f64::total_cmp);
+    let median = fits.get(fits.len() / 2).copied().unwrap_or_default();
     format!(
-        "| {} | {} | {:.0}, {:.0}, {:.0} % | {:.3}, {:.3}, {:.3} | {:.0} % | {:.0} % of {} |\n",
+        "| {} | {} | {:.0}, {:.0}, {:.0} % | {:.3}, {:.3}, {:.3} | {:.0} % | {:.0} % of {} | {median:.2} |\n",
         condition.name,
         known.len(),
         share(&known, &|outcome| outcome.right(3)),

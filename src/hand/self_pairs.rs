@@ -36,9 +36,9 @@ pub fn closest_points(first: &[Vector3<f64>; 2], second: &[Vector3<f64>; 2]) -> 
 /// (s, t) = argmin |p(s) − q(t)|² + ε (|u|² (s − ½)² + |v|² (t − ½)²),    s and t from 0 to 1
 /// ```
 ///
-/// u and v are the segments and ε is `rounding`. The nearest points of two segments jump when these become parallel. For
-/// ε > 0 the function to minimise is strictly convex, so its minimum moves at a bounded speed. With ε = 0 these are the
-/// nearest points.
+/// u and v are the segments and ε is `rounding`. The nearest points of two segments jump when these become parallel. The
+/// curvature of the function to minimise is at least 2ε times the smaller squared length, so for segments that are no points
+/// the minimum moves at a bounded speed if ε > 0. With ε = 0 these are the nearest points.
 pub fn rounded_closest_points(
     first: &[Vector3<f64>; 2],
     second: &[Vector3<f64>; 2],
@@ -225,14 +225,13 @@ mod tests {
         }
         let first = [Vector3::zeros(), Vector3::x()];
         let tilted = |angle: f64| {
-            let half = Vector3::new(libm::cos(angle), libm::sin(angle), 0.0) * 0.5;
-            let middle = Vector3::new(0.5, 0.0, 0.3);
             // Tilted towards the first segment.
-            let half = Vector3::new(half.x, 0.0, half.y);
+            let half = Vector3::new(libm::cos(angle), 0.0, libm::sin(angle)) * 0.5;
+            let middle = Vector3::new(0.5, 0.0, 0.3);
             [middle - half, middle + half]
         };
         let places = |rounding: f64| {
-            [-1e-7, 1e-7].map(|angle| {
+            [-1e-5, 1e-5].map(|angle| {
                 let found = rounded_closest_points(&first, &tilted(angle), rounding);
                 [found.s, found.t]
             })
@@ -243,7 +242,7 @@ mod tests {
         let moved = (before[0] - after[0])
             .abs()
             .max((before[1] - after[1]).abs());
-        assert!(moved < 1e-5, "{before:?} {after:?}");
+        assert!(moved < 1e-3, "{before:?} {after:?}");
     }
 
     /// Against a fine search over both parameters, for crossing, skew, parallel and pointlike segments.

@@ -119,7 +119,7 @@ fn more(reader: &str) -> &'static [&'static str] {
         "experiment_toml" => &[
             "[energy]\ncontacts = 4\nunit = { metres = 0.12 }\nforce_closure_weight = 1.0\nforce_closure_rounding = 0.05\nrank_weight = 1.0\n\
              rank_epsilon = 1e-4\ndistance_weight = 10.0\ndistance_rounding_m = 0.002\nalignment_weight = 1.0\npenetration_weight = 10.0\n\
-             intrusion_weight = 10.0\nintrusion_free_m = 0.0015\nself_penetration_weight = 10.0\ndepth_rounding_m = 0.0005\n\
+             intrusion_weight = 10.0\nintrusion_free_m = 0.0015\nself_penetration_weight = 10.0\nnearest_points_rounding = 0.01\ndepth_rounding_m = 0.0005\n\
              joint_limits_weight = 20.0\njoint_limits_rounding_rad = 0.02\nprior_weight = 0.02\n",
             "[synthesis]\nstart_candidates = 2\nsteps = 30\nattempts = 2\ntemperature_start = 0.1\ngiven_temperature = 0.005\n\
              temperature_end = 0.002\nramp_start = 0.02\nramp_share = 0.8\ncontact_probability = 0.2\nacceptance = 0.57\n",

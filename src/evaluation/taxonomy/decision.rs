@@ -41,7 +41,7 @@ pub struct Evidence {
 ///
 /// `t`: trust in the fact, see `data/taxonomy/rule.toml`. The factors are those of independent observations, so the fits of
 /// all types divided by their sum would be probabilities under equal odds if the facts were independent. They are not, so
-/// probabilities are made of the fits to the power of [`Rule::sharpness`].
+/// probabilities are made of the fits to the power that [`Rule::sharpness`] gives.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Fits(Vec<Option<f64>>);
 
@@ -279,6 +279,38 @@ mod tests {
         assert_eq!(numbers, [3, 14, 1]);
         let sum: f64 = found.categories.iter().map(|(_, p)| p).sum();
         assert!((sum - 1.0).abs() < 1e-9, "{sum}");
+    }
+
+    /// How certain the probabilities are does not change the answer; a grasp that fits a type well is named with more
+    /// certainty, and one that fits all badly with less.
+    #[test]
+    fn certainty_follows_the_fit() {
+        let by_fit = Sharpness {
+            least: 0.6,
+            by_fit: 1.5,
+        };
+        for (best, next) in [(0.9, 0.45), (0.1, 0.05)] {
+            let fits = (1..=33).map(|number| match number {
+                3 => Some(best),
+                1 => Some(next),
+                _ => None,
+            });
+            let fits = Fits(fits.collect());
+            let [plain, told] = [AS_THEY_ARE, by_fit]
+                .map(|sharpness| Answer::of(Some(&fits), &[], sharpness).unwrap());
+            let rule = Rule::standard();
+            assert_eq!(plain.verdict(rule), told.verdict(rule));
+            let numbers = |answer: &Answer| {
+                let best = answer.best.iter();
+                best.map(|best| best.number).collect::<Vec<u8>>()
+            };
+            assert_eq!(numbers(&plain), numbers(&told));
+            // The second type is half as likely as the first, to the power of the exponent.
+            let other = libm::pow(0.5, 0.6 + 1.5 * best);
+            assert!((plain.best[0].score - 2.0 / 3.0).abs() < 1e-12);
+            assert!((told.best[0].score - 1.0 / (1.0 + other)).abs() < 1e-12);
+            assert!((told.best[0].score > plain.best[0].score) == (best > 0.5));
+        }
     }
 
     /// A fact that must be present and is absent leaves a type a twentieth of its fit.

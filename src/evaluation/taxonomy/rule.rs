@@ -13,7 +13,7 @@ use super::table::{Category, GraspType, Opposition, Taxonomy, Thumb};
 /// The rule as text.
 const RULE: &str = include_str!("../../../data/taxonomy/rule.toml");
 
-/// Greatest exponent of the fits, and greatest part of it by the fit.
+/// Greatest value of each of the two numbers of a [`Sharpness`].
 const SHARPEST: f64 = 5.0;
 
 /// What a type expects of a fact.
@@ -35,8 +35,8 @@ pub(super) struct Cue {
 /// exponent = least + by_fit · (how well the type that fits best fits, 0 to 1)
 /// ```
 ///
-/// Above 1 probabilities are more certain than the fits, below 1 less. A grasp that fits some type well is mostly right to be
-/// called that, and one that fits all types badly is often called something else by people.
+/// Above 1 probabilities are more certain than the fits, below 1 less. On fixtures the answer is mostly right where some type
+/// fits well, and often wrong where all types fit badly.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sharpness {
     /// The exponent of a grasp that fits no type.

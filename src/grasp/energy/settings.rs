@@ -8,7 +8,9 @@ use crate::grasp::term::{
     ObjectInHand, Pressing, Prior, PriorForm, Rank, RankForm, Reach, SelfPenetration, Term,
 };
 use crate::hand::Hand;
-use crate::limits::{Beyond, DISTANCE_WEIGHT, ENERGY_SETTING, OBJECT_SIZE};
+use crate::limits::{
+    Beyond, DISTANCE_WEIGHT, ENERGY_SETTING, NEAREST_POINTS_ROUNDING, OBJECT_SIZE,
+};
 
 /// Length unit of the authors of Liu et al. (2021), used in Eq. 11.
 pub const AUTHORS_UNIT_M: f64 = 0.12;
@@ -142,8 +144,8 @@ impl EnergySettings {
         }
     }
 
-    /// The energy of an elastic layer on the palmar side of the hand, smooth but where normals cancel in thin walls
-    /// ([`LayerCompliance`]). Its minima are closed hands that hold. One unit of energy is the compliance of a hand that has
+    /// The energy of an elastic layer on the palmar side of the hand. Its gradient is Lipschitz continuous where the second
+    /// derivatives of the object's field are ([`LayerCompliance`], [`SelfPenetration`]). Its minima are closed hands that hold. One unit of energy is the compliance of a hand that has
     /// let go.
     ///
     /// The contact set of a grasp is no part of it; it is chosen afterwards, for filters and files, with a weight of
@@ -327,15 +329,19 @@ impl EnergySettings {
             ("intrusion_weight", self.intrusion_weight),
             ("intrusion_free_m", self.intrusion_free_m),
             ("self_penetration_weight", self.self_penetration_weight),
-            ("nearest_points_rounding", self.nearest_points_rounding),
             ("depth_rounding_m", self.depth_rounding_m),
             ("joint_limits_weight", self.joint_limits_weight),
             ("joint_limits_rounding_rad", self.joint_limits_rounding_rad),
             ("prior_weight", self.prior_weight),
         ];
         let values = values.map(|(name, value)| (name, ENERGY_SETTING, value));
+        let rounding = (
+            "nearest_points_rounding",
+            NEAREST_POINTS_ROUNDING,
+            self.nearest_points_rounding,
+        );
         let of_layer = self.layer.iter().flat_map(LayerSettings::values);
-        for (name, limit, value) in values.into_iter().chain(of_layer) {
+        for (name, limit, value) in values.into_iter().chain([rounding]).chain(of_layer) {
             let told = |beyond| EnergySettingsError::Value { name, beyond };
             limit.check(value).map_err(told)?;
         }

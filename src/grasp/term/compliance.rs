@@ -8,10 +8,10 @@ use crate::grasp::layer::{ComplianceSettings, LayerSettings, Node, mean_complian
 /// Range of the cosine between the palmar side and the direction of the contact over which a sphere begins to carry.
 const PALMAR: [f64; 2] = [-0.5, 0.3];
 /// Range over which the length of a normal decides how much its sphere or node carries. Only lengths below the upper end
-/// matter, and these are found where skin feels two sides of a wall or a slot at once.
+/// matter. They are found where skin feels two sides of a wall, a slot or a sharp edge at once.
 const DIRECTED: [f64; 2] = [0.25, 0.5];
-/// Nodes with less weight carry nothing: quotients of smaller numbers would lose digits.
-const LEAST_WEIGHT: f64 = 1e-200;
+/// Nodes with less weight carry nothing: the squares of smaller lengths underflow.
+const LEAST_WEIGHT: f64 = 1e-140;
 
 /// How much the elastic layer of the hand gives under test loads on the object: w for a hand that has let go, about 0 for
 /// one that holds in all directions.
@@ -25,7 +25,7 @@ const LEAST_WEIGHT: f64 = 1e-200;
 /// own; [`layer`](crate::grasp::layer) and [`mean_compliance`] name what they rest on.
 ///
 /// Derivatives of normals have |∇d|, the slope of the object's field d, and |Σ h w n| as divisors. Both can vanish where skin
-/// feels two sides of a wall or a slot at once, whose normals cancel. The last two steps S let such skin carry less, and
+/// feels two sides of a wall, a slot or a sharp edge at once, whose normals cancel. The last two steps S let such skin carry less, and
 /// nothing before there is no normal: they are 1 from 0.5 on and 0 up to 0.25. So the gradient is Lipschitz continuous
 /// wherever the second derivatives of d are.
 #[derive(Debug, Clone, Copy, PartialEq)]

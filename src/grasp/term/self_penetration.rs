@@ -11,9 +11,10 @@ use crate::hand::{Capsule, closest_points, rounded_closest_points};
 /// E = w Σ_{pairs} h(r₁ + r₂ − dist(axis₁, axis₂)) / unit
 /// ```
 ///
-/// Where two axes cross, and where they are parallel, the gradient of this jumps. With a rounding ε > 0 of the nearest points
-/// ([`rounded_closest_points`]) another measure of the overlap takes its place, whose gradient is Lipschitz continuous. For
-/// capsules that just touch at their middles the two are the same.
+/// Where two axes are parallel their nearest points jump, where they cross the direction between these flips, and the
+/// gradient jumps with them. With a rounding ε > 0 of the nearest points ([`rounded_closest_points`]) another measure of the
+/// overlap takes its place, whose gradient is Lipschitz continuous if the hinge is rounded, too. For capsules that just touch
+/// at their middles the two are the same. Where the axes cross, the new one is half as large and no longer pushes them apart.
 ///
 /// ```text
 /// E = w Σ_{pairs} h((R² − D²) / 2R) / unit,    R = r₁ + r₂
