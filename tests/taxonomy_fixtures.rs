@@ -245,7 +245,7 @@ fn the_rule_names_what_it_was_not_made_with() {
 }
 
 /// Other hands, sizes and forms; the share of types is that of objects that are one solid, as posed (`--example calibration`
-/// says 95, 87 and 83 %).
+/// says 94, 85 and 82 %).
 #[test]
 #[ignore = "minutes"]
 fn the_rule_names_widened_fixtures_that_it_was_not_made_with() {
