@@ -145,8 +145,8 @@ impl EnergySettings {
     }
 
     /// The energy of an elastic layer on the palmar side of the hand. Its gradient is Lipschitz continuous where the second
-    /// derivatives of the object's field are ([`LayerCompliance`], [`SelfPenetration`]). Its minima are closed hands that hold. One unit of energy is the compliance of a hand that has
-    /// let go.
+    /// derivatives of the object's field are ([`LayerCompliance`], [`SelfPenetration`]). Its minima are closed hands that
+    /// hold. One unit of energy is the compliance of a hand that has let go.
     ///
     /// The contact set of a grasp is no part of it; it is chosen afterwards, for filters and files, with a weight of
     /// distances that prefers points which touch.

@@ -25,9 +25,9 @@ const LEAST_WEIGHT: f64 = 1e-140;
 /// own; [`layer`](crate::grasp::layer) and [`mean_compliance`] name what they rest on.
 ///
 /// Derivatives of normals have |∇d|, the slope of the object's field d, and |Σ h w n| as divisors. Both can vanish where skin
-/// feels two sides of a wall, a slot or a sharp edge at once, whose normals cancel. The last two steps S let such skin carry less, and
-/// nothing before there is no normal: they are 1 from 0.5 on and 0 up to 0.25. So the gradient is Lipschitz continuous
-/// wherever the second derivatives of d are.
+/// feels two sides of a wall, a slot or a sharp edge at once, whose normals cancel. The last two steps S let such skin carry
+/// less, and nothing before there is no normal: they are 1 from 0.5 on and 0 up to 0.25. So the gradient is Lipschitz
+/// continuous wherever the second derivatives of d are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LayerCompliance {
     /// Settings of the layer.
