@@ -5,6 +5,8 @@ use std::fmt::Write;
 
 use landscape::agreement::bootstrap;
 use landscape::evaluation::taxonomy::Taxonomy;
+use landscape::sample::{Task, stream};
+use rand::RngExt;
 
 use crate::case::{Case, Measure, Who};
 use crate::reliability::{Bin, calibration_error, reliability as curve, table};
@@ -252,12 +254,37 @@ pub(crate) fn reliability(cases: &[&Case]) -> Vec<Bin> {
 }
 
 fn calibration(name: &str, cases: &[&Case]) -> String {
-    let bins = reliability(cases);
+    let Share {
+        value,
+        interval: [low, high],
+    } = over_objects(cases, &|cases| calibration_error(&reliability(cases)));
+    let [mean, rare] = error_by_chance(cases);
     format!(
-        "\n## {name}: probabilities and types\n\nExpected calibration error of the type's score: {:.3}.\n\n{}",
-        calibration_error(&bins),
-        table("score", "grasps", &bins)
+        "\n## {name}: probabilities and types\n\nExpected calibration error of the type's score: {value:.3} ({low:.3} to \
+         {high:.3}). With so few grasps chance alone makes one: of exact probabilities it would be {mean:.3} on average, and above \
+         {rare:.3} in one set of twenty.\n\n{}",
+        table("score", "grasps", &reliability(cases))
     )
+}
+
+/// What the calibration error of these scores would be if they were exact, that is, if each answer were right with the
+/// probability of its score and independently of the others: the mean, and the value that one of twenty draws exceeds.
+fn error_by_chance(cases: &[&Case]) -> [f64; 2] {
+    let scores = (cases.iter()).filter_map(|case| Some(case.label.best.first()?.score));
+    let scores: Vec<f64> = scores.collect();
+    let mut rng = stream(SEED, Task::Start, 0);
+    let drawn = (0..DRAWS).map(|_| {
+        let answers = scores
+            .iter()
+            .map(|&score| (score, rng.random_bool(score.min(1.0))));
+        calibration_error(&curve(answers))
+    });
+    let mut errors: Vec<f64> = drawn.collect();
+    errors.sort_by(f64::total_cmp);
+    [
+        errors.iter().sum::<f64>() / DRAWS as f64,
+        errors[DRAWS * 19 / 20],
+    ]
 }
 
 /// One row for each set, and one for the commonest answer.
