@@ -21,6 +21,7 @@ mod reliability;
 #[path = "../../tests/taxonomy/widened.rs"]
 mod widened;
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -277,6 +278,7 @@ fn main() -> Result<(), Failure> {
             table("probability", "answers", &bins)
         );
     }
+    text += &by_hand(&judged[0]);
     println!("{text}");
     let draft = output.with_extension("md.new");
     std::fs::write(&draft, &text)?;
@@ -319,6 +321,31 @@ fn picture(curves: &[(&str, Vec<Bin>)]) -> Chart {
         )
     };
     Chart::new("", vec![panel])
+}
+
+/// How often the answers are right on each hand. The id of a widened fixture ends with the name of its hand.
+fn by_hand(condition: &Condition) -> String {
+    let mut of_hand: BTreeMap<&str, Vec<&Outcome>> = BTreeMap::new();
+    for outcome in condition.outcomes.iter().filter(|o| o.truth.is_some()) {
+        let hand = outcome.id.rsplit('-').next().unwrap_or_default();
+        of_hand.entry(hand).or_default().push(outcome);
+    }
+    let mut text = format!(
+        "\n## By hand, {}\n\n| hand | answers | category | cell | type |\n|---|---|---|---|---|\n",
+        condition.name
+    );
+    for (hand, outcomes) in of_hand {
+        let [category, cell, kind] = [3, 1, 0].map(|levels| {
+            let right = outcomes.iter().filter(|outcome| outcome.right(levels));
+            100.0 * right.count() as f64 / outcomes.len() as f64
+        });
+        let _ = writeln!(
+            text,
+            "| {hand} | {} | {category:.0} % | {cell:.0} % | {kind:.0} % |",
+            outcomes.len()
+        );
+    }
+    text
 }
 
 fn row(condition: &Condition) -> String {
