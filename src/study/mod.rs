@@ -137,7 +137,7 @@ pub use configuration::{ConfigurationError, ConfigurationFile, SurfaceConfigurat
 pub use contacts::{BalancingForces, ContactsError, ContactsReport, GivenContact, GivenContacts};
 pub(crate) use digits::Digits;
 pub use diversity::{
-    Counted, Counts, DiversityComparison, DiversitySet, DiversitySettings, Measure,
+    Counted, Counts, DiversityComparison, DiversitySet, DiversitySettings, Measure, OTHER_LEVELS,
     compare_diversity,
 };
 pub use drawing::{Drawing, Put, Quantities, Titles, Views};

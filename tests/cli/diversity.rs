@@ -160,6 +160,16 @@ fn planted_families_are_compared_at_one_level() {
     let notes = found["notes"].to_string();
     assert_says(&notes, &["even.landscape is the landscape of a surface"]);
 
+    // The passes of this surface are 1 high: at twice the level 0.6 all minima are one family, so nothing can be told.
+    plant_families(&desk, "near.landscape", [10; 8], 0.6);
+    plant_families(&desk, "near2.landscape", [110, 4, 1, 1, 1, 1, 1, 1], 0.6);
+    desk.succeed("diversity near.landscape near2.landscape -q -o found");
+    let found = json(&desk, "found.json");
+    assert!((value(&found, "families", 0, 0) - 8.0).abs() < 1e-9);
+    let answer = found["answer"].as_str().unwrap();
+    assert_says(answer, &["By families no difference can be told."]);
+    assert_says(&found["notes"].to_string(), &["twice their level"]);
+
     // Families at different levels are shown, but not compared; `diff` warns, too.
     desk.succeed("diversity even.landscape other.landscape uneven.landscape -q -o found");
     let found = json(&desk, "found.json");

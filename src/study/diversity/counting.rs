@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::{Counted, Counts, DiversitySet};
+use super::{Counted, Counts, DiversitySet, OTHER_LEVELS};
 use crate::evaluation::taxonomy::{Inapplicable, Labeller, Rule};
 use crate::hand::{Hand, PosedHand};
 use crate::object::Object;
@@ -67,15 +67,22 @@ impl DiversitySet {
         rule: &Rule,
     ) -> Result<Self, StudyError> {
         let network = files.network(folder)?;
-        let mut families = BTreeMap::new();
-        for (row, group) in files
-            .minima
+        let families_at = |barrier: Option<f64>| -> BTreeMap<String, usize> {
+            let mut families = BTreeMap::new();
+            for (row, group) in (files.minima.iter()).zip(group_of(files, &network, barrier)) {
+                *families.entry(format!("g{group}")).or_insert(0) += row.members.len();
+            }
+            families.retain(|_, count| *count > 0);
+            families
+        };
+        let families = families_at(group_barrier);
+        let level = GroupLevel::of(&files.manifest, group_barrier);
+        let at_other_levels = level
             .iter()
-            .zip(group_of(files, &network, group_barrier))
-        {
-            *families.entry(format!("g{group}")).or_insert(0) += row.members.len();
-        }
-        families.retain(|_, count| *count > 0);
+            .flat_map(|level| OTHER_LEVELS.map(|factor| families_at(Some(factor * level.barrier))));
+        let families_at_other_levels = at_other_levels
+            .map(|families| families.into_values().collect())
+            .collect();
         let places = if files.manifest.hand.is_some() {
             let setting = GraspSetting::of(files, name)?;
             let counter = Counter::new(&setting.hand, &setting.object, rule);
@@ -103,7 +110,8 @@ impl DiversitySet {
         }
         Ok(Self {
             grasps,
-            level: GroupLevel::of(&files.manifest, group_barrier),
+            level,
+            families_at_other_levels,
             ..set
         })
     }

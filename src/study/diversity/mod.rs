@@ -64,6 +64,12 @@ impl Counted {
     }
 }
 
+/// Factors on the level of families at which they are counted as well.
+///
+/// The barrier between the two large families of a bottle is 0.7 to 2 times the default level in samples that differ only in
+/// their seed. A family that splits at one of these levels and not at another tells nothing about the sample.
+pub const OTHER_LEVELS: [f64; 2] = [0.5, 2.0];
+
 /// Numbers of grasps by name of the kind, or one sentence (without a full stop) that says why they are not known.
 pub type Counts = Result<BTreeMap<String, usize>, String>;
 
@@ -78,6 +84,8 @@ pub struct DiversitySet {
     pub counts: [Counts; 4],
     /// The level of the families, if there are any.
     pub level: Option<GroupLevel>,
+    /// Numbers of grasps in each family at [`OTHER_LEVELS`] times the level; empty if the level is not known.
+    pub families_at_other_levels: Vec<Vec<usize>>,
 }
 
 /// The effective numbers of one thing in all sets.
@@ -112,8 +120,9 @@ pub struct DiversityComparison {
 ///
 /// The diversity of a set is the effective number of kinds in it ([`hill_numbers`]) of order 0 (all kinds alike), 1 (by
 /// frequency) and 2 (frequent kinds). Every set is rarefied to the number of grasps of the smallest that is measured, so
-/// that no set looks diverse because it is large. Intervals (95 %) come from seeded resamplings. Grasps must be independent
-/// draws: a set that was chosen to be spread looks more diverse than its source.
+/// that no set looks diverse because it is large. Intervals (95 %) come from seeded resamplings. Those of families span the
+/// intervals at [`OTHER_LEVELS`] times their level, too, so that the height of a single pass decides nothing. Grasps must be
+/// independent draws: a set that was chosen to be spread looks more diverse than its source.
 ///
 /// # Errors
 /// [`StudyError::FewGrasps`] if a set has fewer than [`LEAST_MEMBERS`] grasps: nothing is extrapolated.
@@ -153,7 +162,23 @@ pub fn compare_diversity(
                 known.ok()
             })
             .collect();
-        measures.extend(measure(of, &counts, settings));
+        let mut measured = measure(of, &counts, settings);
+        if let (Counted::Families, Some(measured)) = (of, &mut measured) {
+            span_other_levels(measured, sets, settings);
+        }
+        measures.extend(measured);
+    }
+    let spanned = |set: &DiversitySet| !set.families_at_other_levels.is_empty();
+    if measures
+        .iter()
+        .any(|measure: &Measure| measure.of == Counted::Families)
+        && sets.iter().any(spanned)
+    {
+        notes.push(
+            "the intervals of families span those at half and at twice their level, too, so that the height of a single pass \
+             decides nothing"
+                .to_owned(),
+        );
     }
     let mut comparison = DiversityComparison {
         names: sets.iter().map(|set| set.name.clone()).collect(),
@@ -209,6 +234,22 @@ fn measure(
     })
 }
 
+/// Widens the intervals of families to those at other levels.
+fn span_other_levels(measure: &mut Measure, sets: &[DiversitySet], settings: &DiversitySettings) {
+    for (set, numbers) in sets.iter().zip(&mut measure.sets) {
+        let Some(numbers) = numbers else { continue };
+        for counts in &set.families_at_other_levels {
+            let others = hill_numbers(counts, measure.grasps, settings.resamplings, settings.seed);
+            for (number, other) in numbers.iter_mut().zip(others) {
+                let [low, high] = &mut number.interval;
+                *low = low.min(other.interval[0]);
+                *high = high.max(other.interval[1]);
+            }
+        }
+    }
+    measure.most = std::array::from_fn(|order| most(&measure.sets, order));
+}
+
 /// The set whose interval lies above those of all others.
 fn most(sets: &[Option<[Estimated; 3]>], order: usize) -> Option<usize> {
     let known = || {
@@ -236,6 +277,7 @@ impl DiversitySet {
             counts: Counted::ALL
                 .map(|of| Err(format!("the {} of {name} are not known", of.name()))),
             level: None,
+            families_at_other_levels: Vec::new(),
         };
         set.counts[of as usize] = Ok(counts);
         set

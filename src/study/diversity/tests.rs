@@ -141,8 +141,38 @@ fn small_sets_are_refused() {
     assert!(found.notes.contains(&note.to_owned()), "{:?}", found.notes);
 }
 
+/// Two samples of one population, of which one has two large families and the other one, because the pass between them is a
+/// little higher.
 #[test]
-fn families_at_other_levels_are_not_decided() {
+fn the_height_of_one_pass_decides_nothing() {
+    let mut higher = set("higher", Counted::Families, &[200, 200, 10]);
+    let mut lower = set("lower", Counted::Families, &[400, 10]);
+    let alone = compare(&[higher.clone(), lower.clone()]);
+    assert_eq!(alone.measures[0].most[1], Some(0));
+    higher.families_at_other_levels = vec![vec![190, 200, 10, 10], vec![410]];
+    lower.families_at_other_levels = vec![vec![200, 200, 10], vec![410]];
+    let found = compare(&[higher.clone(), lower]);
+    assert_eq!(found.answer(), "By families no difference can be told.");
+    let told = |found: &DiversityComparison| found.measures[0].sets[0].unwrap();
+    for (number, own) in told(&found).iter().zip(told(&alone)) {
+        assert!((number.value - own.value).abs() < 1e-12);
+        assert!(number.interval[0] <= own.interval[0] && number.interval[1] >= own.interval[1]);
+    }
+    assert!(
+        found
+            .notes
+            .iter()
+            .any(|note| note.contains("twice their level"))
+    );
+    // What differs at all levels is told.
+    let mut many = set("many", Counted::Families, &[10; 41]);
+    many.families_at_other_levels = vec![vec![5; 82], vec![41; 10]];
+    let found = compare(&[higher, many]);
+    assert_eq!(found.measures[0].most, [Some(1); 3]);
+}
+
+#[test]
+fn families_of_different_levels_are_not_compared() {
     let at = |name: &str, counts: &[usize], barrier| {
         let mut set = set(name, Counted::Families, counts);
         set.level = Some(GroupLevel {
