@@ -58,10 +58,10 @@ order 1 weighs each by its frequency; order 2 shows how many are frequent.
 
 All sets are rarefied to the number of grasps of the smallest one, so that no set looks diverse because it is large.
 Nothing is extrapolated, and a set of fewer than thirty grasps is refused. Brackets are 95 % intervals over
-resamplings; those of families span the intervals at half and at twice the level of groups, too, so that the height of
-a single pass decides nothing. A set is called the most diverse only where its interval lies above those of all others.
-This takes the grasps for independent draws: a set that was chosen to be spread (synth --spread) looks more diverse
-than its source.
+resamplings. A set is called the most diverse only where its interval lies above those of all others. Families are
+compared at half and at twice the level of groups, too, and must differ at each level, so that the height of a single
+pass decides nothing; their intervals span those of the three levels. All this takes the grasps for independent draws:
+a set that was chosen to be spread (synth --spread) looks more diverse than its source.
 
 Writes the table (.md), the numbers (.json) and a picture (.svg, .png).";
 

@@ -120,9 +120,10 @@ pub struct DiversityComparison {
 ///
 /// The diversity of a set is the effective number of kinds in it ([`hill_numbers`]) of order 0 (all kinds alike), 1 (by
 /// frequency) and 2 (frequent kinds). Every set is rarefied to the number of grasps of the smallest that is measured, so
-/// that no set looks diverse because it is large. Intervals (95 %) come from seeded resamplings. Those of families span the
-/// intervals at [`OTHER_LEVELS`] times their level, too, so that the height of a single pass decides nothing. Grasps must be
-/// independent draws: a set that was chosen to be spread looks more diverse than its source.
+/// that no set looks diverse because it is large. Intervals (95 %) come from seeded resamplings. Families are compared at
+/// [`OTHER_LEVELS`] times their level as well, and no set is called the most diverse that is not so at each level, so that the
+/// height of a single pass decides nothing. Their intervals span those of all levels. Grasps must be independent draws: a set
+/// that was chosen to be spread looks more diverse than its source.
 ///
 /// # Errors
 /// [`StudyError::FewGrasps`] if a set has fewer than [`LEAST_MEMBERS`] grasps: nothing is extrapolated.
@@ -175,8 +176,8 @@ pub fn compare_diversity(
         && sets.iter().any(spanned)
     {
         notes.push(
-            "the intervals of families span those at half and at twice their level, too, so that the height of a single pass \
-             decides nothing"
+            "families are compared at half and at twice their level, too, so that the height of a single pass decides nothing; \
+             their intervals span those of the three levels"
                 .to_owned(),
         );
     }
@@ -234,20 +235,38 @@ fn measure(
     })
 }
 
-/// Widens the intervals of families to those at other levels.
+/// Compares the families at other levels as well: no set is the most diverse that is not so at each of them. Intervals span
+/// those of all levels.
 fn span_other_levels(measure: &mut Measure, sets: &[DiversitySet], settings: &DiversitySettings) {
-    for (set, numbers) in sets.iter().zip(&mut measure.sets) {
-        let Some(numbers) = numbers else { continue };
-        for counts in &set.families_at_other_levels {
-            let others = hill_numbers(counts, measure.grasps, settings.resamplings, settings.seed);
-            for (number, other) in numbers.iter_mut().zip(others) {
+    let own = measure.sets.clone();
+    for level in 0..OTHER_LEVELS.len() {
+        let at_level = |(set, own): (&DiversitySet, &Option<[Estimated; 3]>)| {
+            let counts = set.families_at_other_levels.get(level);
+            own.map(|own| {
+                counts.map_or(own, |counts| {
+                    hill_numbers(counts, measure.grasps, settings.resamplings, settings.seed)
+                })
+            })
+        };
+        let numbers: Vec<Option<[Estimated; 3]>> = sets.iter().zip(&own).map(at_level).collect();
+        for order in 0..3 {
+            if most(&numbers, order) != measure.most[order] {
+                measure.most[order] = None;
+            }
+        }
+        for (spanned, here) in measure
+            .sets
+            .iter_mut()
+            .flatten()
+            .zip(numbers.iter().flatten())
+        {
+            for (number, other) in spanned.iter_mut().zip(here) {
                 let [low, high] = &mut number.interval;
                 *low = low.min(other.interval[0]);
                 *high = high.max(other.interval[1]);
             }
         }
     }
-    measure.most = std::array::from_fn(|order| most(&measure.sets, order));
 }
 
 /// The set whose interval lies above those of all others.

@@ -164,7 +164,13 @@ fn the_height_of_one_pass_decides_nothing() {
             .iter()
             .any(|note| note.contains("twice their level"))
     );
-    // What differs at all levels is told.
+    // What differs at all levels is told, even if the intervals over all levels overlap.
+    let mut some = set("some", Counted::Families, &[41; 10]);
+    some.families_at_other_levels = vec![vec![10; 41], vec![205, 205]];
+    let mut few = set("few", Counted::Families, &[205, 205]);
+    few.families_at_other_levels = vec![vec![41; 10], vec![410]];
+    let found = compare(&[some, few]);
+    assert_eq!(found.measures[0].most, [Some(0); 3]);
     let mut many = set("many", Counted::Families, &[10; 41]);
     many.families_at_other_levels = vec![vec![5; 82], vec![41; 10]];
     let found = compare(&[higher, many]);
