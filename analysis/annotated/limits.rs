@@ -7,12 +7,15 @@ use landscape::evaluation::taxonomy::{GraspType, Taxonomy};
 
 use crate::case::{Case, Measure};
 use crate::contact::{NEAR_MM, agrees, agrees_but_for_the_palm};
-use crate::report::{View, per_grasp, percent};
+use crate::reliability::calibration_error;
+use crate::report::{View, error_by_chance, per_grasp, percent, reliability};
 
 /// The share of right cells that is the target.
 const CELLS: f64 = 0.55;
 /// Distances from which the palm may count as touching, mm.
 const PALM_MM: [f64; 3] = [NEAR_MM, 0.0, -4.0];
+/// An answer of at least this probability is one of the most certain.
+const CERTAIN: f64 = 0.8;
 
 /// Whose mistake a wrong label can be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -219,6 +222,42 @@ fn palm_threshold(people: &[&View<'_>]) -> String {
     text
 }
 
+/// Where labels agree with contact and where they do not: the probability of the answer, how often it is right, and the
+/// calibration error.
+fn certainty(people: &[&View<'_>]) -> String {
+    let mut text = format!(
+        "\n### Certainty\n\n\
+         The mean of the type's score, the share of types that are right, and the calibration error, beside what exact \
+         probabilities would show on as few grasps (on average; one of twenty is above the second number). *Certain*: types with a \
+         probability of at least {CERTAIN}.\n\n\
+         | grasps | label agrees with contact | number | mean probability | right | calibration error | by chance | certain | of them right |\n\
+         |---|---|---|---|---|---|---|---|---|\n"
+    );
+    for view in people {
+        for agrees in [true, false] {
+            let own = view.cases.iter().filter(|case| case.agrees == agrees);
+            let own: Vec<&Case> = own.copied().collect();
+            let score = |case: &Case| case.label.best.first().map_or(0.0, |best| best.score);
+            let certain = || own.iter().filter(|case| score(case) >= CERTAIN);
+            let scores: f64 = own.iter().map(|case| score(case)).sum();
+            let [mean, rare] = error_by_chance(&own);
+            let _ = writeln!(
+                text,
+                "| {} | {} | {} | {:.2} | {:.2} | {:.3} | {mean:.3}, {rare:.3} | {} | {} |",
+                view.short,
+                if agrees { "yes" } else { "no" },
+                own.len(),
+                scores / own.len().max(1) as f64,
+                per_grasp(&own, Measure::Type),
+                calibration_error(&reliability(&own)),
+                certain().count(),
+                certain().filter(|case| case.right(Measure::Type)).count(),
+            );
+        }
+    }
+    text
+}
+
 /// The section on what limits the rule.
 pub(crate) fn limits(views: &[View<'_>], converted: &[Case]) -> String {
     let people: Vec<&View<'_>> = views.iter().filter(|view| view.posed_by_people).collect();
@@ -230,5 +269,6 @@ pub(crate) fn limits(views: &[View<'_>], converted: &[Case]) -> String {
     }
     text += &other_hand(&people, converted);
     text += &palm_threshold(&people);
+    text += &certainty(&people);
     text
 }

@@ -7,6 +7,9 @@
 //! Only objects of one solid are used, and for the choice every third of these, because the others take hours.
 //! FOLDER holds the Shadow hand and one with MANO's bones; without it the fixtures on these hands are left out.
 
+#[expect(dead_code, reason = "fixtures have no measured distances")]
+#[path = "../annotated/contact.rs"]
+mod contact;
 #[path = "../../tests/taxonomy/fixture.rs"]
 mod fixture;
 #[expect(dead_code, reason = "tests need shares")]
@@ -21,7 +24,7 @@ mod reliability;
 #[path = "../../tests/taxonomy/widened.rs"]
 mod widened;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -323,29 +326,60 @@ fn picture(curves: &[(&str, Vec<Bin>)]) -> Chart {
     Chart::new("", vec![panel])
 }
 
-/// How often the answers are right on each hand. The id of a widened fixture ends with the name of its hand.
+/// How often the answers are right on each hand, where the type of the fixture agrees with what touches and elsewhere. The id
+/// of a widened fixture ends with the name of its hand.
 fn by_hand(condition: &Condition) -> String {
     let mut of_hand: BTreeMap<&str, Vec<&Outcome>> = BTreeMap::new();
-    for outcome in condition.outcomes.iter().filter(|o| o.truth.is_some()) {
+    let known = || condition.outcomes.iter().filter(|o| o.truth.is_some());
+    for outcome in known() {
         let hand = outcome.id.rsplit('-').next().unwrap_or_default();
         of_hand.entry(hand).or_default().push(outcome);
     }
     let mut text = format!(
-        "\n## By hand, {}\n\n| hand | answers | category | cell | type |\n|---|---|---|---|---|\n",
+        "\n## By hand, {}\n\n*Type agrees with contact*: all of both virtual fingers touch, the palm only where the type needs it, \
+         and no other finger, but for helping ones of the type, as for [people's grasps](annotated_grasps.md). Part by part as \
+         the rule measures it, from half a touch on.\n\n\
+         | hand | type agrees with contact | answers | category | cell | type |\n|---|---|---|---|---|---|\n",
         condition.name
     );
-    for (hand, outcomes) in of_hand {
+    let mut row = |hand: &str, agrees: &str, outcomes: &[&Outcome]| {
         let [category, cell, kind] = [3, 1, 0].map(|levels| {
             let right = outcomes.iter().filter(|outcome| outcome.right(levels));
-            100.0 * right.count() as f64 / outcomes.len() as f64
+            100.0 * right.count() as f64 / outcomes.len().max(1) as f64
         });
         let _ = writeln!(
             text,
-            "| {hand} | {} | {category:.0} % | {cell:.0} % | {kind:.0} % |",
+            "| {hand} | {agrees} | {} | {category:.0} % | {cell:.0} % | {kind:.0} % |",
             outcomes.len()
         );
+    };
+    let mut rows = |hand: &str, outcomes: &[&Outcome]| {
+        let (agreeing, rest): (Vec<&Outcome>, Vec<&Outcome>) = outcomes
+            .iter()
+            .partition(|outcome| agrees_with_contact(outcome));
+        row(hand, "all", outcomes);
+        row(hand, "yes", &agreeing);
+        row(hand, "no", &rest);
+    };
+    for (hand, outcomes) in &of_hand {
+        rows(hand, outcomes);
     }
+    rows("all", &known().collect::<Vec<_>>());
     text
+}
+
+/// Whether the type of a fixture agrees with what touches.
+fn agrees_with_contact(outcome: &Outcome) -> bool {
+    const PARTS: [&str; 6] = ["palm", "thumb", "index", "middle", "ring", "little"];
+    let touches = |part: &usize| {
+        let mut facts = outcome.label.facts.iter();
+        facts.any(|(name, degree)| *name == PARTS[*part] && *degree >= 0.5)
+    };
+    let touching: BTreeSet<usize> = (0..PARTS.len()).filter(touches).collect();
+    let entry = outcome
+        .truth
+        .and_then(|number| Taxonomy::feix().numbered(number));
+    entry.is_some_and(|entry| contact::agrees(entry, &touching))
 }
 
 fn row(condition: &Condition) -> String {
