@@ -4,7 +4,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use landscape::evaluation::taxonomy::{Form, GraspType, Taxonomy};
+use landscape::evaluation::taxonomy::{Form, GraspType, Label, Taxonomy};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -19,19 +19,19 @@ const STEP: f64 = 1.0;
 pub(crate) struct Learned(Vec<Vec<f64>>);
 
 /// A number of each fact, of each form, of the width, and a constant.
-fn features(cases: &[&Case]) -> DMatrix<f64> {
-    let names: BTreeSet<&str> = cases
+pub(crate) fn features(labels: &[&Label]) -> DMatrix<f64> {
+    let names: BTreeSet<&str> = labels
         .iter()
-        .flat_map(|case| case.label.facts.iter().map(|(name, _)| *name))
+        .flat_map(|label| label.facts.iter().map(|(name, _)| *name))
         .filter(|name| !matches!(*name, "form" | "size"))
         .collect();
-    let rows = cases.iter().map(|case| {
-        let known: BTreeMap<&str, f64> = case.label.facts.iter().copied().collect();
+    let rows = labels.iter().map(|label| {
+        let known: BTreeMap<&str, f64> = label.facts.iter().copied().collect();
         // What cannot be measured is in the middle.
         let facts = names
             .iter()
             .map(|name| known.get(name).copied().unwrap_or(0.5) - 0.5);
-        let held = case.label.held.as_ref();
+        let held = label.held.as_ref();
         let forms = Form::ALL.map(|form| held.map_or(0.0, |held| held.degree(form)));
         let width = held.map_or(0.0, |held| libm::log((held.width_m / 0.04).max(0.05)));
         facts.chain(forms).chain([width, 1.0]).collect::<Vec<f64>>()
@@ -41,27 +41,36 @@ fn features(cases: &[&Case]) -> DMatrix<f64> {
     DMatrix::from_fn(rows.len(), columns, |row, column| rows[row][column])
 }
 
-/// Coefficients that make the types of `chosen` rows likely, by gradient descent with momentum.
-fn fit(all: &DMatrix<f64>, types: &[usize], chosen: &[usize]) -> DMatrix<f64> {
-    let rows = all.select_rows(chosen);
-    let count = chosen.len() as f64;
-    let classes = Taxonomy::feix().types.len();
-    let mut coefficients = DMatrix::zeros(all.ncols(), classes);
+/// Coefficients that make the types of the rows likely, by gradient descent with momentum. `before`: logarithms of weights that
+/// the types have already.
+pub(crate) fn fit(
+    rows: &DMatrix<f64>,
+    before: &DMatrix<f64>,
+    types: &[usize],
+    ridge: f64,
+) -> DMatrix<f64> {
+    let count = types.len() as f64;
+    let mut coefficients = DMatrix::zeros(rows.ncols(), before.ncols());
     let mut speed = coefficients.clone();
     for _ in 0..STEPS {
-        let mut slope = probabilities(&rows, &coefficients);
-        for (row, &case) in chosen.iter().enumerate() {
-            slope[(row, types[case])] -= 1.0;
+        let mut slope = probabilities(rows, before, &coefficients);
+        for (row, &own) in types.iter().enumerate() {
+            slope[(row, own)] -= 1.0;
         }
-        let gradient = rows.tr_mul(&slope) / count + &coefficients * RIDGE;
+        let gradient = rows.tr_mul(&slope) / count + &coefficients * ridge;
         speed = speed * 0.9 - gradient * (0.1 * STEP);
         coefficients += &speed;
     }
     coefficients
 }
 
-fn probabilities(rows: &DMatrix<f64>, coefficients: &DMatrix<f64>) -> DMatrix<f64> {
-    let mut scores = rows * coefficients;
+/// The probabilities of the types for each row.
+pub(crate) fn probabilities(
+    rows: &DMatrix<f64>,
+    before: &DMatrix<f64>,
+    coefficients: &DMatrix<f64>,
+) -> DMatrix<f64> {
+    let mut scores = before + rows * coefficients;
     for mut row in scores.row_iter_mut() {
         let most = row.max();
         row.apply(|score| *score = libm::exp(*score - most));
@@ -73,7 +82,9 @@ fn probabilities(rows: &DMatrix<f64>, coefficients: &DMatrix<f64>) -> DMatrix<f6
 
 /// Names every case by a model of the cases of all other objects.
 pub(crate) fn leave_one_object_out(cases: &[&Case]) -> Learned {
-    let all = features(cases);
+    let labels: Vec<&Label> = cases.iter().map(|case| &case.label).collect();
+    let all = features(&labels);
+    let equal = |count| DMatrix::zeros(count, Taxonomy::feix().types.len());
     let types: Vec<usize> = cases
         .iter()
         .map(|case| usize::from(case.truth.number) - 1)
@@ -84,8 +95,11 @@ pub(crate) fn leave_one_object_out(cases: &[&Case]) -> Learned {
         .map(|object| {
             let (own, others): (Vec<usize>, Vec<usize>) =
                 (0..cases.len()).partition(|&i| cases[i].object == object);
-            let coefficients = fit(&all, &types, &others);
-            let told = probabilities(&all.select_rows(&own), &coefficients);
+            let seen: Vec<usize> = others.iter().map(|&case| types[case]).collect();
+            let rows = all.select_rows(&others);
+            let coefficients = fit(&rows, &equal(others.len()), &seen, RIDGE);
+            let rows = all.select_rows(&own);
+            let told = probabilities(&rows, &equal(own.len()), &coefficients);
             (own, told)
         })
         .collect();

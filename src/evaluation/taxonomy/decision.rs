@@ -83,6 +83,7 @@ pub(super) struct Answer {
     pub(super) category: Option<Category>,
     pub(super) cell_probability: f64,
     pub(super) best: Vec<Candidate>,
+    pub(super) types: Vec<Candidate>,
     /// Share of the best cell in its category, and of the best type in its cell.
     shares: [f64; 2],
 }
@@ -124,7 +125,7 @@ impl Answer {
             ranked[..=place].rotate_right(1);
         }
         let cell = ranked.first().map_or("", |entry| entry.cell.as_str());
-        let candidate = |entry: &&GraspType| Candidate {
+        let candidate = |entry: &GraspType| Candidate {
             number: entry.number,
             score: told[place(entry)],
         };
@@ -136,7 +137,12 @@ impl Answer {
                 of_cell / most.map_or(1.0, |(_, p)| p),
                 ranked.first().map_or(0.0, |entry| of(entry)) / of_cell,
             ],
-            best: ranked.iter().take(TYPES).map(candidate).collect(),
+            best: ranked
+                .iter()
+                .take(TYPES)
+                .map(|entry| candidate(entry))
+                .collect(),
+            types: types().map(candidate).collect(),
             category,
             categories: categories(&told).to_vec(),
         })
@@ -279,6 +285,11 @@ mod tests {
         assert_eq!(numbers, [3, 14, 1]);
         let sum: f64 = found.categories.iter().map(|(_, p)| p).sum();
         assert!((sum - 1.0).abs() < 1e-9, "{sum}");
+        // Every type has a probability, and the best ones are among them.
+        let all: f64 = found.types.iter().map(|kind| kind.score).sum();
+        assert!((all - 1.0).abs() < 1e-9, "{all}");
+        let own = |best: &Candidate| found.types[usize::from(best.number) - 1] == *best;
+        assert!(found.types.len() == 33 && found.best.iter().all(own));
     }
 
     /// How certain the probabilities are does not change the answer; a grasp that fits a type well is named with more

@@ -65,6 +65,8 @@ pub struct Label {
     pub verdict: Verdict,
     /// Three types: the answer, then the most probable others; fewer if the hand allows fewer types.
     pub best: Vec<Candidate>,
+    /// The probability of every type, by number; 0 for those that the hand cannot do.
+    pub types: Vec<Candidate>,
     /// How well the type that fits best fits, 0 to 1.
     pub fit: f64,
     /// The degree of each opposition, 0 to 1.
@@ -94,6 +96,7 @@ impl Label {
         Self {
             verdict: Verdict::NotApplicable(why),
             best: Vec::new(),
+            types: Vec::new(),
             fit: 0.0,
             oppositions: Vec::new(),
             categories: Vec::new(),
@@ -316,6 +319,7 @@ fn named(
         objections: told(answer.best.first(), false),
         against_next: told(answer.best.get(1), false),
         best: answer.best,
+        types: answer.types,
         fit: answer.fit,
         oppositions: shown.facts.oppositions().to_vec(),
         category: answer.category,
