@@ -7,6 +7,8 @@ use landscape::evaluation::taxonomy::GraspType;
 /// The palm's number; the thumb is 1, the little finger 5.
 pub(crate) const PALM: usize = 0;
 const THUMB: usize = 1;
+/// The names of the parts, in the order of their numbers.
+pub(crate) const PARTS: [&str; 6] = ["palm", "thumb", "index", "middle", "ring", "little"];
 /// What is nearer touches, mm. The test data draw the same line.
 pub(crate) const NEAR_MM: f64 = 5.0;
 
@@ -14,7 +16,7 @@ pub(crate) const NEAR_MM: f64 = 5.0;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Contact {
     /// The palm, the thumb … the little finger; infinite where it is not known how far a part is that does not touch.
-    pub(crate) parts_mm: [f64; 6],
+    pub(crate) parts_mm: [f64; PARTS.len()],
     /// The palm and each bone, where they were measured, always in the same order.
     pub(crate) bones_mm: Vec<f64>,
 }

@@ -7,8 +7,7 @@ use landscape::evaluation::taxonomy::{GraspType, Taxonomy};
 
 use crate::case::{Case, Measure};
 use crate::contact::{NEAR_MM, agrees, agrees_but_for_the_palm};
-use crate::reliability::calibration_error;
-use crate::report::{View, error_by_chance, per_grasp, percent, reliability};
+use crate::report::{View, per_grasp, percent};
 
 /// The share of right cells that is the target.
 const CELLS: f64 = 0.55;
@@ -222,16 +221,15 @@ fn palm_threshold(people: &[&View<'_>]) -> String {
     text
 }
 
-/// Where labels agree with contact and where they do not: the probability of the answer, how often it is right, and the
-/// calibration error.
+/// The probabilities of the answers where labels agree with contact and where they do not.
 fn certainty(people: &[&View<'_>]) -> String {
     let mut text = format!(
         "\n### Certainty\n\n\
-         The mean of the type's score, the share of types that are right, and the calibration error, beside what exact \
-         probabilities would show on as few grasps (on average; one of twenty is above the second number). *Certain*: types with a \
-         probability of at least {CERTAIN}.\n\n\
-         | grasps | label agrees with contact | number | mean probability | right | calibration error | by chance | certain | of them right |\n\
-         |---|---|---|---|---|---|---|---|---|\n"
+         The mean probability of the answers and the share that is right, and the most certain answers, which have a probability \
+         of at least {CERTAIN}. Whether a label agrees with contact depends on the label itself, so exact probabilities, too, would \
+         be too low in the one half and too high in the other; only the last two columns tell something of the rule.\n\n\
+         | grasps | label agrees with contact | number | mean probability | right | most certain | of these right |\n\
+         |---|---|---|---|---|---|---|\n"
     );
     for view in people {
         for agrees in [true, false] {
@@ -240,16 +238,14 @@ fn certainty(people: &[&View<'_>]) -> String {
             let score = |case: &Case| case.label.best.first().map_or(0.0, |best| best.score);
             let certain = || own.iter().filter(|case| score(case) >= CERTAIN);
             let scores: f64 = own.iter().map(|case| score(case)).sum();
-            let [mean, rare] = error_by_chance(&own);
             let _ = writeln!(
                 text,
-                "| {} | {} | {} | {:.2} | {:.2} | {:.3} | {mean:.3}, {rare:.3} | {} | {} |",
+                "| {} | {} | {} | {:.2} | {:.2} | {} | {} |",
                 view.short,
                 if agrees { "yes" } else { "no" },
                 own.len(),
                 scores / own.len().max(1) as f64,
                 per_grasp(&own, Measure::Type),
-                calibration_error(&reliability(&own)),
                 certain().count(),
                 certain().filter(|case| case.right(Measure::Type)).count(),
             );

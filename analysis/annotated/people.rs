@@ -11,7 +11,7 @@ use serde::Deserialize;
 
 use crate::Failure;
 use crate::case::Case;
-use crate::contact::{Contact, NEAR_MM, agrees};
+use crate::contact::{Contact, NEAR_MM, PARTS, agrees};
 
 /// The objects whose grasps nobody looked at before the rule was final: the third of the 29 objects with the smallest 64-bit
 /// FNV-1a hash of "25 NAME". Number 25 is the seed. Chosen on 24 November 2026 before any of their
@@ -51,7 +51,6 @@ struct Annotated {
 
 impl Annotated {
     fn contact(&self) -> Contact {
-        const PARTS: [&str; 6] = ["palm", "thumb", "index", "middle", "ring", "little"];
         let least = |part: &str| {
             let own = self
                 .gap_mm

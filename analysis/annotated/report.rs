@@ -269,7 +269,7 @@ fn calibration(name: &str, cases: &[&Case]) -> String {
 
 /// What the calibration error of these scores would be if they were exact, that is, if each answer were right with the
 /// probability of its score and independently of the others: the mean, and the value that one of twenty draws exceeds.
-pub(crate) fn error_by_chance(cases: &[&Case]) -> [f64; 2] {
+fn error_by_chance(cases: &[&Case]) -> [f64; 2] {
     let scores = (cases.iter()).filter_map(|case| Some(case.label.best.first()?.score));
     let scores: Vec<f64> = scores.collect();
     let mut rng = stream(SEED, Task::Start, 0);

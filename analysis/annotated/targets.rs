@@ -358,7 +358,7 @@ pub(crate) fn targets(views: &[View<'_>]) -> Result<String, Failure> {
          final; judged once on 24 November 2026, opened again on that evening for the learner and for an exponent of the \
          probabilities that was not adopted, on 26 November 2026 for what limits the rule and for the second learner, and three \
          times on 27 November 2026, for the calibration error of an exponent that was fitted to fixtures, for the interval of this \
-         error, and for this error where labels contradict contact. Its labels have not changed since it was first opened. *All*: both together. The half of people's grasps that others hold \
+         error, and for its most certain answers. Its labels have not changed since it was first opened. *All*: both together. The half of people's grasps that others hold \
          is not at hand, so nothing is said of it.\n\nAll grasps, whether their label agrees with contact or not:\n"
         .to_owned();
     text += &of_people(&people, false);
