@@ -1,9 +1,21 @@
 //! Widened fixtures and the errors of poses under which they are labelled, for the programs that judge or fit with them.
 
+#[path = "../tests/taxonomy/fixture.rs"]
+mod fixture;
+#[expect(dead_code, reason = "tests need shares")]
+#[path = "../tests/taxonomy/judge.rs"]
+pub(crate) mod judge;
+#[expect(
+    dead_code,
+    reason = "what only `pose_fixtures` calls makes widened fixtures"
+)]
+#[path = "../tests/taxonomy/widened.rs"]
+mod widened;
+
 use std::path::Path;
 
 use crate::Failure;
-use crate::judge::{Case, Error, Noise, read, widened_cases};
+use judge::{Case, Error, Noise, read, widened_cases};
 
 const FOLDER: &str = "tests/taxonomy/fixtures";
 

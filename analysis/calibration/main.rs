@@ -10,19 +10,8 @@
 #[expect(dead_code, reason = "fixtures have no measured distances")]
 #[path = "../annotated/contact.rs"]
 mod contact;
-#[path = "../../tests/taxonomy/fixture.rs"]
-mod fixture;
-#[expect(dead_code, reason = "tests need shares")]
-#[path = "../../tests/taxonomy/judge.rs"]
-mod judge;
 #[path = "../reliability.rs"]
 mod reliability;
-#[expect(
-    dead_code,
-    reason = "what only `pose_fixtures` calls makes widened fixtures"
-)]
-#[path = "../../tests/taxonomy/widened.rs"]
-mod widened;
 #[path = "../widened_sets.rs"]
 mod widened_sets;
 
@@ -30,10 +19,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use judge::{Case, Outcome, judge_each};
 use landscape::evaluation::taxonomy::{Rule, Sharpness, Taxonomy};
 use landscape::figure::chart::{Axis, Chart, Corner, Panel, Series};
 use reliability::{Answered, Bin, calibration_error, reliability, table};
+use widened_sets::judge::{Case, Outcome, judge_each};
 use widened_sets::{conditions, scenes};
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;

@@ -12,24 +12,12 @@ mod case;
 #[expect(dead_code, reason = "the palm is not read differently")]
 #[path = "../annotated/contact.rs"]
 mod contact;
-#[path = "../../tests/taxonomy/fixture.rs"]
-mod fixture;
-#[expect(dead_code, reason = "tests need shares")]
-#[path = "../../tests/taxonomy/judge.rs"]
-mod judge;
 #[expect(dead_code, reason = "nothing is learned from people here")]
 #[path = "../annotated/learner.rs"]
 mod learner;
 #[expect(dead_code, reason = "the fitted poses are not needed")]
 #[path = "../annotated/people.rs"]
 mod people;
-#[expect(
-    dead_code,
-    reason = "what only `pose_fixtures` calls makes widened fixtures"
-)]
-#[path = "../../tests/taxonomy/widened.rs"]
-mod widened;
-
 #[path = "../widened_sets.rs"]
 mod widened_sets;
 
@@ -37,10 +25,10 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use judge::judge;
 use landscape::evaluation::taxonomy::{Category, GraspType, Label, Rule, Sharpness, Taxonomy};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
+use widened_sets::judge::judge;
 use widened_sets::{conditions, scenes};
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
