@@ -53,6 +53,7 @@
 mod atomic_file;
 
 pub mod agreement;
+pub mod doubt;
 pub mod energy;
 pub mod limits;
 pub mod optimize;
