@@ -11,7 +11,7 @@ const REPLACEMENT: char = '\u{fffd}';
 /// Boucher and R. Anderson, Trojan Source, 2021), and code points that are not characters. Characters in `kept` stay, for
 /// text with line breaks of our own.
 pub fn printable<'a>(text: &'a str, kept: &[char]) -> Cow<'a, str> {
-    let commands = |c: char| commands(c) && !kept.contains(&c);
+    let commands = |c: char| is_command(c) && !kept.contains(&c);
     if text.contains(commands) {
         Cow::Owned(text.replace(commands, REPLACEMENT.encode_utf8(&mut [0; 4])))
     } else {
@@ -23,7 +23,7 @@ pub fn printable<'a>(text: &'a str, kept: &[char]) -> Cow<'a, str> {
 pub fn printable_json(document: &str) -> String {
     let mut shown = String::with_capacity(document.len());
     for c in document.chars() {
-        if commands(c) && c != '\n' {
+        if is_command(c) && c != '\n' {
             // All these characters have at most sixteen bits.
             write!(shown, "\\u{:04x}", u32::from(c)).expect("text grows without fail");
         } else {
@@ -33,13 +33,14 @@ pub fn printable_json(document: &str) -> String {
     shown
 }
 
-/// A count and its noun: `1 grasp`, `3 grasps`, `2 minima`, `4 searches`.
+/// A count and its noun: `1 grasp`, `3 grasps`, `2 minima`, `4 searches`, `2 families`.
 #[cfg(any(feature = "cli", feature = "topography"))]
 pub(crate) fn counted(count: usize, noun: &str) -> String {
     match noun.strip_suffix("minimum") {
         _ if count == 1 => format!("1 {noun}"),
         Some(kind) => format!("{count} {kind}minima"),
         None if noun.ends_with("ch") => format!("{count} {noun}es"),
+        None if noun.ends_with("ily") => format!("{count} {}ies", noun.trim_end_matches('y')),
         None => format!("{count} {noun}s"),
     }
 }
@@ -81,7 +82,8 @@ pub fn sentence(error: &dyn Error) -> String {
     short
 }
 
-fn commands(c: char) -> bool {
+/// Whether a character is not shown but commands a terminal or the direction of writing, ends lines invisibly, or is none.
+pub(crate) fn is_command(c: char) -> bool {
     c.is_control()
         || matches!(
             c,
@@ -96,14 +98,26 @@ mod tests {
     #[test]
     #[cfg(feature = "cli")]
     fn counts_have_their_nouns() {
-        let nouns = ["saddle", "minimum", "search", "lowest minimum"];
+        let nouns = ["saddle", "minimum", "search", "lowest minimum", "family"];
         assert_eq!(
             nouns.map(|noun| counted(1, noun)),
-            ["1 saddle", "1 minimum", "1 search", "1 lowest minimum"]
+            [
+                "1 saddle",
+                "1 minimum",
+                "1 search",
+                "1 lowest minimum",
+                "1 family"
+            ]
         );
         assert_eq!(
             nouns.map(|noun| counted(0, noun)),
-            ["0 saddles", "0 minima", "0 searches", "0 lowest minima"]
+            [
+                "0 saddles",
+                "0 minima",
+                "0 searches",
+                "0 lowest minima",
+                "0 families"
+            ]
         );
         assert_eq!(numbered(1, "group", 'g'), "there is 1 group, g0");
         assert_eq!(numbered(3, "minimum", 'm'), "there are 3 minima, m0 to m2");

@@ -241,10 +241,52 @@ fn files_that_do_not_fit_are_refused() {
         desk.mistake("import nowhere")
             .contains("nowhere is no folder")
     );
-    fs::remove_file(desk.path("bad/ts.data")).unwrap();
+    fs::remove_file(desk.path("bad/min.data")).unwrap();
     assert!(
         desk.mistake("import bad")
-            .contains("cannot read bad/ts.data")
+            .contains("cannot read bad/min.data")
+    );
+}
+
+/// A search that has found no transition state yet leaves `min.data` alone.
+#[test]
+fn minima_alone_are_roots() {
+    let desk = Desk::new();
+    for (name, minima, count) in [
+        ("one", "-10.0 5.0 1 1.0 2.0 3.0\n", 1),
+        ("two", "0 -1.0\n1 -2.0\n", 2),
+    ] {
+        desk.write(name, minima, "");
+        fs::remove_file(desk.path(&format!("{name}/ts.data"))).unwrap();
+        desk.succeed(&format!("import {name}"));
+        let files = LandscapeFiles::read(&desk.path(&format!("{name}.landscape"))).unwrap();
+        let counts = &files.manifest.counts;
+        assert_eq!(
+            [counts.minima, counts.components, counts.pairs],
+            [count, count, 0]
+        );
+        let [note] = &files.manifest.warnings[..] else {
+            panic!("{:?}", files.manifest.warnings)
+        };
+        assert!(note.starts_with("there is no ts.data"), "{note}");
+    }
+}
+
+/// Several transition states between two minima, and one that joins a minimum to itself.
+#[test]
+fn the_lowest_of_parallel_transition_states_counts() {
+    let desk = Desk::new();
+    let minima = "-10.0 5.0 1 1.0 2.0 3.0\n-9.0 5.0 1 1.0 2.0 3.0\n";
+    let states =
+        "-6.5 4.0 1 1 2 1.0 2.0 3.0\n-7.0 4.0 1 2 1 1.0 2.0 3.0\n-5.0 4.0 1 1 1 1.0 2.0 3.0\n";
+    desk.write("parallel", minima, states);
+    desk.succeed("import parallel");
+    let files = LandscapeFiles::read(&desk.path("parallel.landscape")).unwrap();
+    let heights: Vec<Option<f64>> = files.edges.iter().map(|edge| edge.height).collect();
+    assert_eq!(heights, [Some(-7.0)]);
+    assert!(
+        desk.text("parallel.landscape/summary.md")
+            .contains("1 of which joins two copies")
     );
 }
 

@@ -1,5 +1,6 @@
 //! `landscape build`: the landscape between the grasps of a file.
 
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -21,7 +22,7 @@ use crate::printable::counted;
 use crate::store::{AtomicFolder, GraspFile, Population, Source, Worker, content_hash};
 use crate::study::{
     ConfigurationError, EarlierLandscape, GraspLandscape, GraspMapSettings, GraspReport,
-    JoinedGrasps, StudyError, StudyRun, grow_population, map_population,
+    JoinedGrasps, MapSummary, StudyError, StudyRun, grow_population, map_population,
 };
 use crate::topography::Run;
 
@@ -100,7 +101,8 @@ which the landscape is explored in a browser (double-click it; --no-report leave
 where it stopped when the same command is given again; --resume demands this, and --fresh begins anew. The result is the
 same to the last byte. Several processes share a run with --worker (docs/cluster.md).
 
-Two minima are in one group if a path joins them whose relative barrier is at most the group barrier. If the energy is in
+The first line counts different grasps, which are the minima of the energy, and families, which are groups of them. Two minima
+are in one group if a path joins them whose relative barrier is at most the group barrier. If the energy is in
 units of the cost of letting go (synth --preset closed), this barrier is 0.05, 5 % of that cost, in every landscape. For
 any other energy, the program chooses the barrier at which the groups depend least on single connections, but at most the
 cost of hovering 2 mm off the object: a hand that far off touches nothing, so higher barriers are crossed by letting go
@@ -324,10 +326,34 @@ fn build(
         return end_journal(journal, &watch, worker, output);
     }
     let written = mapping.write(output, &command.again, common)?;
-    written
-        .unfinished
-        .conclude(written.watch, &written.summary)?;
+    let (summary, with_page) = (written.summary, mapping.with_page);
+    written.unfinished.conclude(written.watch, |folder| {
+        told(&summary, folder, with_page, common.verbose)
+    })?;
     Ok(0)
+}
+
+/// The answer, what a reader must know, and where the rest is; with `verbose` the rest itself.
+fn told(summary: &MapSummary, folder: &Path, with_page: bool, verbose: bool) -> String {
+    let mut text = summary.headline.clone();
+    if with_page {
+        let page = folder.join(report::PAGE);
+        let _ = write!(text, " Open {}", page.display());
+    }
+    text.push('\n');
+    if verbose {
+        return text + "\n" + &summary.text;
+    }
+    for note in &summary.notes {
+        let _ = writeln!(text, "Note: {note}.");
+    }
+    let file = folder.join("summary.md");
+    let _ = writeln!(
+        text,
+        "The statistics are in {} (--verbose prints them).",
+        file.display()
+    );
+    text
 }
 
 /// What a reader must know about grasps that were added to a landscape.
@@ -370,7 +396,7 @@ pub(super) struct Written {
     pub(super) found: GraspLandscape,
     pub(super) unfinished: Unfinished,
     pub(super) watch: Watch,
-    pub(super) summary: String,
+    pub(super) summary: MapSummary,
 }
 
 impl Mapping<'_> {

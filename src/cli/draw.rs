@@ -162,7 +162,7 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
         quantities: quantities(command, &files.minima)?,
         examples,
     };
-    make_folder(&output)?;
+    let _made = make_folder(&output)?;
     let mut outputs = FileSet::default();
     drawing.write(&mut |name, bytes| outputs.add(&output.join(name), bytes))?;
     outputs.finish()?;

@@ -430,9 +430,7 @@ fn write_files(
         "--output {}: such a file holds one grasp: choose it with --grasp, or name a folder",
         output.display()
     );
-    if !single {
-        make_folder(output)?;
-    }
+    let _made = (!single).then(|| make_folder(output)).transpose()?;
     let mut set = FileSet::default();
     for ExportedFile { name, bytes } in files {
         let path = if single {

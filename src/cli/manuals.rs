@@ -57,7 +57,7 @@ pub(super) fn man(command: &Man, definition: &Command, common: &Common) -> anyho
     let pages = pages(definition, "landscape")?;
     let is_page = |name: &str| pages.iter().any(|(page, _)| page == name);
     check_folder(output, &[], is_page, common)?;
-    make_folder(output)?;
+    let _made = make_folder(output)?;
     let mut files = FileSet::default();
     for (name, page) in &pages {
         files.add(&output.join(name), page)?;

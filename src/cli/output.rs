@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::{Read, Seek, SeekFrom};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use serde_json::Value;
@@ -80,10 +80,30 @@ pub(super) fn check_folder(
     Ok(())
 }
 
-/// Creates an output folder that passed [`check_folder`].
-pub(super) fn make_folder(output: &Path) -> anyhow::Result<()> {
+/// Creates an output folder that passed [`check_folder`], with the folders around it.
+pub(super) fn make_folder(output: &Path) -> anyhow::Result<MadeFolder> {
+    let missing = output
+        .ancestors()
+        .take_while(|folder| *folder != Path::new("") && !folder.exists());
+    let made = MadeFolder(missing.map(Path::to_path_buf).collect());
     fs::create_dir_all(output)
-        .with_context(|| format!("cannot create the folder {}", output.display()))
+        .with_context(|| format!("cannot create the folder {}", output.display()))?;
+    Ok(made)
+}
+
+/// Folders that this run has made, innermost first. Those that are empty at the end, as after an error, are removed.
+#[must_use = "folders that are still empty are removed when this is dropped"]
+pub(super) struct MadeFolder(Vec<PathBuf>);
+
+impl Drop for MadeFolder {
+    fn drop(&mut self) {
+        // A folder that is not empty cannot be removed in this way, and neither can those around it.
+        for folder in &self.0 {
+            if fs::remove_dir(folder).is_err() {
+                return;
+            }
+        }
+    }
 }
 
 /// Rejects an output whose parent folder is missing.

@@ -1,5 +1,6 @@
 //! Progress on standard error: bars at a terminal, occasional lines elsewhere.
 
+use std::fmt::Write;
 use std::io::IsTerminal;
 use std::ops::Deref;
 use std::sync::LazyLock;
@@ -8,7 +9,7 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressState, ProgressStyle};
 use serde_json::{Value, json};
 
 use crate::cli::printing::{complain, log, logs_json};
@@ -64,10 +65,16 @@ pub(super) fn bar(what: &str, total: u64, quiet: bool) -> Bar {
     } else {
         BARS.add(ProgressBar::new(total))
     };
-    let style =
-        ProgressStyle::with_template("{msg:>24} {bar:32} {pos}/{len} in {elapsed}, {eta} left")
-            .expect("the template is a constant")
-            .progress_chars("━╸ ");
+    let style = ProgressStyle::with_template("{msg:>24} {bar:32} {pos}/{len} in {spent}{left}")
+        .expect("the template is a constant")
+        .with_key("spent", |state: &ProgressState, text: &mut dyn Write| {
+            let _ = text.write_str(&spelled(state.elapsed()));
+        })
+        .with_key("left", |state: &ProgressState, text: &mut dyn Write| {
+            let left = left(state.pos(), state.len(), state.elapsed());
+            let _ = text.write_str(&left.map_or(String::new(), told_left));
+        })
+        .progress_chars("━╸ ");
     bar.set_style(style);
     bar.set_length(total);
     bar.set_message(what.to_owned());
@@ -133,35 +140,69 @@ impl Drop for Lines {
     }
 }
 
-/// A line such as `chains: 12 of 64 in 3 minutes`.
+/// A line such as `chains: 12 of 64 in 3 min 10 s, about 13 min 43 s left`.
 fn line(bar: &ProgressBar) -> String {
-    let elapsed = HumanDuration(bar.elapsed());
+    let elapsed = bar.elapsed();
     match bar.length() {
         Some(total @ 1..) => {
+            let left = left(bar.position(), Some(total), elapsed);
             format!(
-                "{}: {} of {total} in {elapsed}",
+                "{}: {} of {total} in {}{}",
                 bar.message(),
-                bar.position()
+                bar.position(),
+                spelled(elapsed),
+                left.map_or(String::new(), told_left)
             )
         }
-        _ => format!("{}: {elapsed} so far", bar.message()),
+        _ => format!("{}: {} so far", bar.message(), spelled(elapsed)),
     }
+}
+
+/// The time that is left at the rate so far, once something is done.
+fn left(done: u64, total: Option<u64>, elapsed: Duration) -> Option<Duration> {
+    let total = total.filter(|total| *total > 0 && done > 0)?;
+    let seconds = elapsed.as_secs_f64() * total.saturating_sub(done) as f64 / done as f64;
+    Duration::try_from_secs_f64(seconds).ok()
+}
+
+fn told_left(left: Duration) -> String {
+    format!(", about {} left", spelled(left))
+}
+
+/// A duration in its two largest units: `42 s`, `1 min 40 s`, `3 h 12 min`, `2 d 3 h`.
+pub(super) fn spelled(duration: Duration) -> String {
+    let units = [(86_400, "d"), (3600, "h"), (60, "min"), (1, "s")];
+    let seconds = duration.as_secs_f64().round();
+    let seconds = Duration::try_from_secs_f64(seconds)
+        .unwrap_or(duration)
+        .as_secs();
+    let first = units
+        .iter()
+        .position(|(unit, _)| seconds >= *unit)
+        .unwrap_or(3);
+    let mut rest = seconds;
+    let mut parts = Vec::new();
+    for (unit, name) in units.iter().skip(first).take(2) {
+        let count = rest / unit;
+        rest %= unit;
+        if count > 0 || parts.is_empty() {
+            parts.push(format!("{count} {name}"));
+        }
+    }
+    parts.join(" ")
 }
 
 /// The same as a JSON document.
 fn document(bar: &ProgressBar) -> Value {
     let total = bar.length().filter(|total| *total > 0);
     let done = bar.position();
-    let elapsed = bar.elapsed().as_secs_f64();
-    let left = total.filter(|_| done > 0).map(|total| {
-        let rate = done as f64 / elapsed;
-        total.saturating_sub(done) as f64 / rate
-    });
+    let elapsed = bar.elapsed();
+    let left = left(done, total, elapsed).map(|left| left.as_secs_f64());
     json!({
         "what": bar.message(),
         "done": total.map(|_| done),
         "total": total,
-        "elapsed_s": elapsed,
+        "elapsed_s": elapsed.as_secs_f64(),
         "left_s": left,
     })
 }
@@ -171,6 +212,26 @@ mod tests {
     use std::sync::mpsc::channel;
 
     use super::*;
+
+    /// Rounded to minutes, four lines in a row said the same.
+    #[test]
+    fn times_are_told_in_two_units() {
+        for (seconds, text) in [
+            (0.2, "0 s"),
+            (42.4, "42 s"),
+            (60.0, "1 min"),
+            (100.0, "1 min 40 s"),
+            (3600.0, "1 h"),
+            (11_530.0, "3 h 12 min"),
+            (183_700.0, "2 d 3 h"),
+        ] {
+            assert_eq!(spelled(Duration::from_secs_f64(seconds)), text);
+        }
+        let left = |done| left(done, Some(64), Duration::from_secs(100));
+        assert_eq!(left(0), None);
+        assert_eq!(told_left(left(16).unwrap()), ", about 5 min left");
+        assert_eq!(left(64), Some(Duration::ZERO));
+    }
 
     #[test]
     fn lines_are_told_until_the_work_is_done() {

@@ -16,9 +16,9 @@ use crate::hand::HAND_NAMES;
 use crate::object::OBJECT_NAMES;
 use crate::store::{Source, content_hash};
 
-/// Arguments that change no byte of what is written: speed, verbosity, patience, overwriting, resuming, names, and whether
-/// there is a page and it is opened.
-const WITHOUT_TRACE: [&str; 13] = [
+/// Arguments that change no byte of what is written: speed, verbosity, patience, overwriting, resuming, names, whether there
+/// is a page and it is opened, and how many grasps are dropped after they are written.
+const WITHOUT_TRACE: [&str; 14] = [
     "threads",
     "worker",
     "log_format",
@@ -32,6 +32,7 @@ const WITHOUT_TRACE: [&str; 13] = [
     "output",
     "no_report",
     "open",
+    "drop",
 ];
 
 /// The command line of this process, as recorded in files.
@@ -305,6 +306,8 @@ mod tests {
                     "/a/b/mug.obj",
                     "-n",
                     "4",
+                    "--drop",
+                    "0",
                     "-q",
                 ][..],
                 "landscape synth --object mug.obj -n 4 --seed 3",

@@ -19,7 +19,7 @@ use crate::store::{AtomicFolder, GraspFile, LandscapeFiles, read_resampled, writ
 use crate::study::{PageGrasps, PageLandscape, Run, grasp_page, label_all, landscape_page};
 
 /// Name of the page in the folder of a landscape.
-const PAGE: &str = "report.html";
+pub(super) const PAGE: &str = "report.html";
 
 /// Write a page.
 #[derive(Debug, Args)]

@@ -7,6 +7,7 @@ use std::time::Instant;
 use super::args::{Again, Common};
 use super::{interruption, progress};
 use crate::cli::printing::{complain, explain, print, print_json};
+use crate::printable::counted;
 use crate::store::{
     AtomicFolder, Journal, Machine, Phase as Timing, StoreError, Timings, Worker, WorkersJournal,
 };
@@ -27,17 +28,29 @@ impl Unfinished {
         quiet: bool,
     ) -> Result<Self, StoreError> {
         let folder = AtomicFolder::open(output, again.fresh)?;
-        let journal = folder.journal();
-        let journal = open(output, &journal, fingerprint, again, quiet)?;
-        Ok(Self { folder, journal })
+        let path = folder.journal();
+        match open(output, &path, fingerprint, again, quiet) {
+            Ok(journal) => Ok(Self { folder, journal }),
+            Err(error) => {
+                // Without a journal nothing can be resumed.
+                if !path.exists() {
+                    let _ = folder.discard();
+                }
+                Err(error)
+            }
+        }
     }
 
-    /// Writes the timings, gives the folder its final name, and shows the summary.
-    pub(super) fn conclude(self, watch: Watch, summary: &str) -> anyhow::Result<()> {
+    /// Writes the timings, gives the folder its final name, and shows what `told` makes of this name.
+    pub(super) fn conclude(
+        self,
+        watch: Watch,
+        told: impl FnOnce(&Path) -> String,
+    ) -> anyhow::Result<()> {
         let quiet = watch.quiet;
         let finished = self.finish(watch)?;
         if !quiet {
-            print(summary);
+            print(&told(&finished));
             complain(&format!("wrote {}", finished.display()));
         }
         Ok(())
@@ -235,10 +248,13 @@ pub(super) fn stoppable(journal: &WorkersJournal) -> GuardedJournal<'_> {
     }
 }
 
+/// What a bar counts: a phase, or one of its rounds.
+type Stage = (Phase, Option<(usize, usize)>);
+
 /// Progress bars of a run on standard error, and its stopwatch.
 pub struct Watch {
     quiet: bool,
-    bar: Mutex<Option<(Phase, progress::Bar)>>,
+    bar: Mutex<Option<(Stage, progress::Bar)>>,
     started: Instant,
     phases: Mutex<Vec<Timing>>,
 }
@@ -264,19 +280,24 @@ impl Watch {
     /// Shows progress; called from any thread.
     pub fn see(&self, news: Progress) {
         let mut bar = self.bar.lock().unwrap_or_else(PoisonError::into_inner);
-        let total = news.total as u64;
+        let (total, stage) = (news.total as u64, (news.phase, news.round));
         // A total that grows, as that of a search, belongs to the same work. Another round of a phase begins again.
-        let same = bar.as_ref().is_some_and(|(phase, bar)| {
+        let same = bar.as_ref().is_some_and(|(before, bar)| {
             let goes_on = news.done as u64 >= bar.position();
-            *phase == news.phase && (goes_on || bar.length() == Some(total))
+            *before == stage && (goes_on || bar.length() == Some(total))
         });
         if !same {
             if let Some((_, old)) = bar.take() {
                 old.finish_and_clear();
             }
-            let what = news.phase.name();
-            explain(|| format!("{what}: {total} tasks"));
-            *bar = Some((news.phase, progress::bar(what, total, self.quiet)));
+            let what = match news.round {
+                Some((round, most @ 2..)) => {
+                    format!("{}, round {round} of at most {most}", news.phase.name())
+                }
+                _ => news.phase.name().to_owned(),
+            };
+            explain(|| format!("{what}: {}", counted(news.total, "task")));
+            *bar = Some((stage, progress::bar(&what, total, self.quiet)));
         }
         if let Some((_, bar)) = bar.as_ref() {
             bar.set_length(total);
@@ -326,7 +347,14 @@ mod tests {
     #[test]
     fn a_growing_total_keeps_the_bar() {
         let watch = Watch::new(true);
-        let see = |phase, done, total| watch.see(Progress { phase, done, total });
+        let see = |phase, done, total| {
+            watch.see(Progress {
+                phase,
+                done,
+                total,
+                round: None,
+            });
+        };
         let state = || {
             let bar = watch.bar.lock().unwrap();
             let (_, bar) = bar.as_ref().unwrap();
@@ -349,6 +377,28 @@ mod tests {
         for (phase, done, total) in [(Phase::Search, 0, 8), (Phase::Retry, 0, 8)] {
             see(phase, done, total);
             assert_eq!(state(), (phase.name().to_owned(), 0, Some(8)));
+        }
+    }
+
+    /// Rounds of one phase have totals of their own, and without their numbers no end can be guessed.
+    #[test]
+    fn a_bar_names_its_round_and_the_last_one() {
+        let watch = Watch::new(true);
+        let phase = Phase::Retry;
+        for (round, done, total, message) in [
+            ((1, 4), 3, 9, "improving merges, round 1 of at most 4"),
+            ((2, 4), 3, 9, "improving merges, round 2 of at most 4"),
+            ((1, 1), 5, 9, "improving merges"),
+        ] {
+            let round = Some(round);
+            watch.see(Progress {
+                phase,
+                done,
+                total,
+                round,
+            });
+            let bar = watch.bar.lock().unwrap();
+            assert_eq!(bar.as_ref().unwrap().1.message(), message);
         }
     }
 }

@@ -8,6 +8,8 @@ use clap::Args;
 
 use super::args::Common;
 use super::printing::{print, print_json};
+use super::progress::spelled;
+use crate::printable::counted;
 use crate::store::{RunStatus, WorkerState};
 
 /// Show how far an unfinished run is.
@@ -65,15 +67,22 @@ fn told(status: &RunStatus) -> String {
         .filter(|worker| worker.state == WorkerState::AtWork)
         .count();
     let mut text = format!("{}\n", status.output.display());
-    let _ = writeln!(text, "finished   {} tasks", status.finished_tasks);
+    let _ = writeln!(
+        text,
+        "finished   {}",
+        counted(status.finished_tasks, "task")
+    );
     if let Some(stage) = &status.stage {
         let left = status
             .seconds_left_in_stage
             .map_or(String::new(), |left| format!(", about {} left", time(left)));
         let _ = writeln!(
             text,
-            "now        {}: {} of {} tasks of round {}{left}",
-            stage.name, stage.finished, stage.tasks, stage.round
+            "now        {}: {} of {} of round {}{left}",
+            stage.name,
+            stage.finished,
+            counted(stage.tasks, "task"),
+            stage.round
         );
         let _ = writeln!(
             text,
@@ -87,7 +96,11 @@ fn told(status: &RunStatus) -> String {
             text,
             "at work    nobody: the same command continues the run"
         ),
-        (false, workers) => writeln!(text, "at work    {at_work} of {workers} workers"),
+        (false, workers) => writeln!(
+            text,
+            "at work    {at_work} of {}",
+            counted(workers, "worker")
+        ),
     };
     if !status.workers.is_empty() {
         let _ = writeln!(
@@ -116,12 +129,6 @@ fn told(status: &RunStatus) -> String {
     text
 }
 
-/// A duration in the largest units that tell it.
 fn time(seconds: f64) -> String {
-    let seconds = Duration::try_from_secs_f64(seconds.round()).unwrap_or_default();
-    match seconds.as_secs() {
-        seconds @ 0..120 => format!("{seconds} s"),
-        seconds @ 120..7200 => format!("{} min", seconds / 60),
-        seconds => format!("{} h {} min", seconds / 3600, seconds / 60 % 60),
-    }
+    spelled(Duration::try_from_secs_f64(seconds).unwrap_or_default())
 }

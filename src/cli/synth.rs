@@ -149,8 +149,7 @@ begins anew. The result is the same to the last byte. Several processes share a 
 /// Printed after a run that keeps strict grasps.
 const ADVICE: &str = "\
 note: strict grasps close and balance, but are not squeezed: many fall in the drop test. `landscape stability` tells which \
-hold; `--keep firm` makes grasps that press.
-";
+hold; `--keep firm` makes grasps that press.";
 
 pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     let mut settings = settings(command, common)?;
@@ -213,20 +212,19 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     watch.clear();
     let seconds = started.elapsed().as_secs_f64();
     let mut told = value(&found, seconds);
-    if !common.quiet {
+    if common.verbose && !common.quiet {
         let seconds = (resumed == 0).then_some(seconds);
-        let mut text = summary(&energy, &found, seconds);
-        if settings.keep == Keep::Strict && energy.settings().layer.is_none() {
-            text += ADVICE;
-        }
-        print(&text);
+        print(&statistics(&energy, &found, seconds));
     }
+    let refused = refused(&found);
     anyhow::ensure!(
         !found.grasps.is_empty(),
-        "none of the {} chains passed the filter: {}",
-        settings.chains,
+        "none of the {} passed the filter{}: {}",
+        counted(found.chains.len(), "chain"),
+        refused.map_or(String::new(), |refused| format!(" ({refused})")),
         remedy(&settings)
     );
+    let answer = answer(&energy, &found, &settings, &command.output);
     let file = GraspFile {
         metadata: Metadata {
             command: common.provenance.command.clone(),
@@ -238,7 +236,10 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     file.write(&command.output)?;
     journal.remove()?;
     if !common.quiet {
-        complain(&format!("wrote {}", command.output.display()));
+        print(&answer);
+        if settings.keep == Keep::Strict && energy.settings().layer.is_none() {
+            print(ADVICE);
+        }
     }
     let dropped = if common.quiet && !common.json {
         None
@@ -252,6 +253,59 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         print_json(&told)?;
     }
     Ok(())
+}
+
+/// What came out, in one sentence, and why the other chains gave nothing in another.
+fn answer(
+    energy: &GraspEnergy,
+    found: &Synthesis,
+    settings: &PopulationSettings,
+    output: &Path,
+) -> String {
+    let (kept, chains) = (found.grasps.len(), found.chains.len());
+    let mut text = format!(
+        "wrote {} of the {} hand on {} from {} to {}",
+        counted(kept, "grasp"),
+        energy.hand().name,
+        energy.object().name,
+        counted(chains, "chain"),
+        output.display()
+    );
+    // With another filter, what the strict one says is for the statistics.
+    if settings.keep == Keep::Strict
+        && let Some(refused) = refused(found)
+    {
+        let _ = write!(text, "; {refused}");
+    }
+    text.push('\n');
+    text
+}
+
+/// How many ends of chains the strict filter refuses, and why: `refused: 3 (gives way under loads 2, hand in itself 1)`.
+fn refused(found: &Synthesis) -> Option<String> {
+    let reasons = reasons(found);
+    let count: usize = reasons.iter().map(|(_, count)| count).sum();
+    let told: Vec<String> = reasons
+        .iter()
+        .map(|(reason, count)| format!("{reason} {count}"))
+        .collect();
+    (count > 0).then(|| format!("refused: {count} ({})", told.join(", ")))
+}
+
+/// The outcome of the drop test of some of all grasps.
+fn hold(held: usize, dropped: usize, all: usize) -> String {
+    let of = if dropped < all {
+        format!("of {dropped} that were dropped in simulation")
+    } else {
+        "when dropped in simulation".to_owned()
+    };
+    match held {
+        0 => format!("none holds {of}\n"),
+        held if held == dropped && dropped == all && all > 1 => format!("all {held} hold {of}\n"),
+        1 => format!("1 holds {of}\n"),
+        held if dropped < all => format!("{held} hold {of}\n"),
+        held => format!("{held} of {dropped} hold {of}\n"),
+    }
 }
 
 /// What to do if no chain passes the filter.
@@ -280,7 +334,7 @@ fn drop_sample(file: &GraspFile, most: usize, quiet: bool) -> Option<(usize, usi
     match found {
         Ok(found) => {
             let (held, dropped) = (found.stable(), found.outcomes.len());
-            print(&format!("hold when dropped    {held} of {dropped}\n"));
+            print(&hold(held, dropped, file.grasps.len()));
             Some((dropped, held))
         }
         Err(error) => {
@@ -420,8 +474,8 @@ fn reasons(found: &Synthesis) -> Vec<(&str, usize)> {
     reasons
 }
 
-/// The yield of a run that took `seconds`, if it did all chains itself.
-fn summary(energy: &GraspEnergy, found: &Synthesis, seconds: Option<f64>) -> String {
+/// The yield of a run that took `seconds`, if it did all chains itself, and how diverse its grasps are.
+fn statistics(energy: &GraspEnergy, found: &Synthesis, seconds: Option<f64>) -> String {
     let (chains, kept) = (&found.chains, found.grasps.len());
     let total = chains.len();
     let share = |count: usize| {
@@ -444,7 +498,7 @@ fn summary(energy: &GraspEnergy, found: &Synthesis, seconds: Option<f64>) -> Str
         }),
     );
     for (reason, count) in reasons(found) {
-        let _ = writeln!(text, "  refused for {reason}: {count}");
+        let _ = writeln!(text, "  refused, {reason}: {count}");
     }
     let strict = chains
         .iter()
@@ -476,6 +530,25 @@ fn summary(energy: &GraspEnergy, found: &Synthesis, seconds: Option<f64>) -> Str
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn outcomes_of_drops_are_sentences() {
+        for (held, dropped, all, told) in [
+            (21, 21, 21, "all 21 hold when dropped in simulation"),
+            (1, 1, 1, "1 holds when dropped in simulation"),
+            (0, 2, 2, "none holds when dropped in simulation"),
+            (19, 21, 21, "19 of 21 hold when dropped in simulation"),
+            (31, 32, 60, "31 hold of 32 that were dropped in simulation"),
+            (
+                0,
+                32,
+                60,
+                "none holds of 32 that were dropped in simulation",
+            ),
+        ] {
+            assert_eq!(hold(held, dropped, all).trim_end(), told);
+        }
+    }
 
     #[test]
     fn without_firm_grasps_the_remedy_depends_on_the_energy() {

@@ -77,7 +77,7 @@ pub(super) fn run(command: &Thermodynamics, common: &Common) -> anyhow::Result<(
         level: command.level,
     };
     let found = Found::new(&states, &settings)?;
-    make_folder(&output)?;
+    let _made = make_folder(&output)?;
     let mut files = FileSet::default();
     let text = found.write(&mut |name, bytes| files.add(&output.join(name), bytes))?;
     files.finish()?;

@@ -13,30 +13,28 @@ const LARGEST: u64 = 256 << 20;
 /// The arrays of an archive by name. Arrays of other items than numbers are left out.
 pub(crate) fn read(bytes: &[u8]) -> Result<BTreeMap<String, Numbers>, String> {
     let mut archive = zip::ZipArchive::new(Cursor::new(bytes))
-        .map_err(|error| format!("it is no .npz archive: {error}"))?;
+        .map_err(|error| format!("is no .npz archive: {error}"))?;
     let mut arrays = BTreeMap::new();
     let mut left = LARGEST;
     for index in 0..archive.len() {
         let file = archive.by_index(index).map_err(|error| {
-            format!(
-                "it cannot be unpacked ({error}): write it with numpy.savez or savez_compressed"
-            )
+            format!("cannot be unpacked ({error}): write it with numpy.savez or savez_compressed")
         })?;
         let name = file.name().map(Cow::into_owned);
-        let name = name.map_err(|error| format!("it contains an invalid file name: {error}"))?;
+        let name = name.map_err(|error| format!("contains an invalid file name: {error}"))?;
         let Some(name) = name.strip_suffix(".npy") else {
             continue;
         };
         let mut content = Vec::new();
         file.take(left + 1)
             .read_to_end(&mut content)
-            .map_err(|error| format!("its array `{name}` cannot be read: {error}"))?;
+            .map_err(|error| format!("has an array `{name}` that cannot be read: {error}"))?;
         left = left
             .checked_sub(content.len() as u64)
-            .ok_or_else(|| format!("it holds more than {} MB", LARGEST >> 20))?;
+            .ok_or_else(|| format!("unpacks to more than {} MB", LARGEST >> 20))?;
         let numbers = npy::numbers(&content);
-        if let Some(numbers) =
-            numbers.map_err(|problem| format!("its array `{name}`: {problem}"))?
+        if let Some(numbers) = numbers
+            .map_err(|problem| format!("has an array `{name}` that cannot be used: {problem}"))?
         {
             arrays.insert(name.to_owned(), numbers);
         }

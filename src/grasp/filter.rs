@@ -78,21 +78,21 @@ impl Judgement {
         let checks = [
             (
                 self.compliance.is_some() || self.net_wrench < 0.5,
-                "net wrench",
+                "equal forces do not balance",
             ),
-            (self.gap_m <= MOST_GAP_M, "contact gap"),
+            (self.gap_m <= MOST_GAP_M, "a contact too far off"),
             (
                 self.deepest_m < most_depth_m(self.compliance),
-                "penetration",
+                "too deep in the object",
             ),
-            (self.self_penetration_m < 0.003, "self-penetration"),
-            (self.joint_excess_rad <= 1e-3, "joint limits"),
+            (self.self_penetration_m < 0.003, "too deep in itself"),
+            (self.joint_excess_rad <= 1e-3, "beyond joint limits"),
             (self.digits >= 2, "one digit only"),
             (!self.one_concavity, "contacts in one concavity"),
-            (self.force_closure, "force closure"),
+            (self.force_closure, "no force closure"),
             (
                 self.compliance.is_none_or(|c| c <= MOST_COMPLIANCE),
-                "gives under loads",
+                "gives way under loads",
             ),
         ];
         checks

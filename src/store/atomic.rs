@@ -116,7 +116,11 @@ impl AtomicFolder {
         } else {
             fs::create_dir(&folder.partial).map_err(StoreError::io("create", &folder.partial))?;
         }
-        folder.write(MARKER, MARKER_TEXT)?;
+        if let Err(error) = folder.write(MARKER, MARKER_TEXT) {
+            // On a full disk. What is not empty stays.
+            let _ = fs::remove_dir(&folder.partial);
+            return Err(error);
+        }
         // The run was killed after the renaming, before the journal was removed. The journal lets the same command finish
         // at once.
         let [kept, left] = &journals;

@@ -45,6 +45,12 @@ pub enum StoreError {
          an intact copy, or make it again"
     )]
     Altered(PathBuf),
+    /// Another program wrote a file of which only the outcomes of simulations are to be read.
+    #[error(
+        "{0} was written by another program, so nothing vouches that its outcomes of simulations are those of its poses: run \
+         `landscape stability` on it"
+    )]
+    Unsealed(PathBuf),
     /// The manifest of the landscape does not list this table, or lists it with another hash.
     #[error(
         "{path} does not belong to this landscape: {manifest} lists another checksum for it, or none, so it was altered \
@@ -118,7 +124,7 @@ pub enum StoreError {
         expected: &'static str,
     },
     /// A column has the wrong type.
-    #[error("column `{column}` of {path} holds {found}, expected {expected}")]
+    #[error("column `{column}` of {path} holds {found}; {} needed", are(expected))]
     ColumnType {
         /// The file.
         path: PathBuf,
@@ -166,7 +172,10 @@ pub enum StoreError {
     #[error("{0} is not a journal of this program or its head is damaged: start over with --fresh")]
     NotAJournal(PathBuf),
     /// Another process is writing the journal.
-    #[error("{0} is in use by another run")]
+    #[error(
+        "another process is writing {}: wait for it, or let both share the work (--worker)",
+        written(.0).display()
+    )]
     InUse(PathBuf),
     /// A worker of the same run is still at work.
     #[error(
@@ -349,6 +358,48 @@ pub enum Warning {
         /// The name of the given hand.
         given: String,
     },
+    /// No checksum of this program vouches for the content of a file of grasps, so its measures are those of its poses only
+    /// if [`GraspFile::verify`](super::GraspFile::verify) finds them so.
+    #[error(
+        "{0} was written by another program, so nothing vouches that its energies, measures and outcomes of simulations are \
+         those of its poses"
+    )]
+    Unsealed(PathBuf),
+    /// Measures in a file are not those of its poses.
+    #[error(
+        "the measures of {count} of {grasps} grasps in the file are not those of their poses (row {row}: `{column}` is {told}, \
+         computed {computed}): computed ones are used{}",
+        left_out(*outcomes, *labels)
+    )]
+    OtherMeasures {
+        /// Number of grasps with such measures.
+        count: usize,
+        /// Number of all grasps.
+        grasps: usize,
+        /// First row with such measures, counted from 0.
+        row: usize,
+        /// Its first column that differs.
+        column: String,
+        /// The value in the file.
+        told: String,
+        /// The value computed, or `nothing`.
+        computed: String,
+        /// Number of these grasps whose outcomes of simulations were dropped.
+        outcomes: usize,
+        /// Number of these grasps whose labels of the rule were dropped.
+        labels: usize,
+    },
+    /// Outcomes of simulations belong to the poses as far as the measures tell, but another program wrote the file.
+    #[error(
+        "the outcomes of simulations ({outcomes} of {grasps} grasps) are as the file tells them: another program wrote it, so \
+         they are not verified; `landscape stability` simulates the grasps again"
+    )]
+    UnverifiedOutcomes {
+        /// Number of grasps with outcomes.
+        outcomes: usize,
+        /// Number of all grasps.
+        grasps: usize,
+    },
     /// The landscape was written before checksums existed.
     #[error(
         "{0} has no checksums of its tables, because an older version wrote it: whether the tables belong together is \
@@ -399,6 +450,50 @@ pub enum Warning {
         /// The name of the given object.
         given: String,
     },
+}
+
+/// The content of a column with its verb: `text is`, `numbers are`.
+fn are(content: &str) -> String {
+    let verb = if matches!(content, "text" | "true or false") {
+        "is"
+    } else {
+        "are"
+    };
+    format!("{content} {verb}")
+}
+
+/// The file or folder that a run with this journal writes: the journal is `X.partial`, or lies in `X.partial` or `X.workers`.
+fn written(journal: &Path) -> PathBuf {
+    let places = [Some(journal), journal.parent()].into_iter().flatten();
+    let stem = |place: &Path| {
+        let name = place.file_name()?.to_str()?;
+        let stem = name
+            .strip_suffix(".partial")
+            .or(name.strip_suffix(".workers"))?;
+        Some(place.with_file_name(stem))
+    };
+    let mut written = places.filter_map(stem);
+    written.next().unwrap_or_else(|| journal.to_path_buf())
+}
+
+/// What is left out of grasps whose measures are not those of their poses.
+fn left_out(outcomes: usize, labels: usize) -> String {
+    let parts = [
+        (outcomes, "outcome", " of a simulation", " of simulations"),
+        (labels, "label", " by the rule", " by the rule"),
+    ];
+    let told: Vec<String> = (parts.iter())
+        .filter(|(count, ..)| *count > 0)
+        .map(|(count, noun, one, several)| {
+            let of = if *count == 1 { one } else { several };
+            counted(*count, noun) + of
+        })
+        .collect();
+    match (told.as_slice(), outcomes + labels) {
+        ([], _) => String::new(),
+        (told, 1) => format!("; {} is left out", told.join(" and ")),
+        (told, _) => format!("; {} are left out", told.join(" and ")),
+    }
 }
 
 /// The names, for a sentence.

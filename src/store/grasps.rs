@@ -23,8 +23,8 @@
 //! | `label`?∅ | string | grasp type given by a human, or `unlisted` |
 //! | `label_auto`?∅ | string | result of the rule: a grasp type, the cell of the taxonomy if types of it are close (`power/palm/2-5/abducted`), the category if cells of it are close (`power`), `unlisted`, or `not_applicable` |
 //! | `label_score`?∅ | double | probability of the type that is the answer, 0 to 1 |
-//! | `label_best`?∅ | string | the answer and the two most probable other types, with their probabilities |
-//! | `label_category`?∅ | string | `power`, `intermediate` or `precision` from the human's label, otherwise the rule's; null if that is no type or cell |
+//! | `label_best`?∅ | string | the answer and the two most probable other types of its category, with their probabilities |
+//! | `label_category`?∅ | string | `power`, `intermediate` or `precision` from the human's label, otherwise the most probable one by the rule, also of unlisted grasps; null if there is none |
 //! | `label_source`?∅ | string | `human` or `rule`: origin of `label_category`; null: not labelled |
 //! | `source`? | string | origin of the grasp; absent: empty |
 //! | `chain_seed`?, `chain_step`? | uint64 | the chain and step that found it; absent: 0 |
@@ -43,6 +43,10 @@
 //! `frame.attrs["landscape"]`. polars and `DuckDB` drop them. In that case, restore them with pyarrow,
 //! `table.replace_schema_metadata({"landscape": about})`, or name hand and object again when the file is read
 //! ([`Overrides`]). Hands and objects that come with the program are known by the names in the rows.
+//!
+//! The checksum of this program is lost as well. Nothing then vouches that the measures in a row are those of its pose, so the
+//! commands of the program compute them anew ([`GraspFile::verify`]). In rows where they differ, the computed ones are used,
+//! and outcomes of simulations and labels of the rule are left out.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -148,16 +152,22 @@ impl GraspFile {
             pose.set_rotation_wxyz(canonical(pose.rotation_wxyz()));
         }
         warnings.extend(file.beyond_limits());
+        if !table.sealed {
+            warnings.push(Warning::Unsealed(path.to_path_buf()));
+        }
         Ok((file, warnings))
     }
 
     /// Whether each simulated grasp of a file held, by id. Nothing else of the file is read, so that it need not describe its
-    /// hand and object.
+    /// hand and object; but only the checksum of this program vouches for the outcomes.
     ///
     /// # Errors
-    /// If the file is no table, or a value has the wrong type.
+    /// If the file is no table, a value has the wrong type, or another program wrote the file.
     pub fn outcomes(path: &Path) -> Result<BTreeMap<u64, bool>, StoreError> {
         let table = Table::read(path)?;
+        if !table.sealed {
+            return Err(StoreError::Unsealed(path.to_path_buf()));
+        }
         let ids = table.defaulted("id", &WHOLE, |row| Some(row as u64))?;
         let outcomes = table.optional("stable", &FLAG)?;
         let simulated = ids.into_iter().zip(outcomes);

@@ -58,27 +58,43 @@ impl GraspFile {
                     ),
                 });
             }
-            *grasp = GraspRow {
-                stable: None,
-                stable_reason: None,
-                stable_displacement_m: None,
-                stable_turn_rad: None,
-                label: None,
-                label_auto: None,
-                label_score: None,
-                label_best: None,
-                label_category: None,
-                label_source: None,
-                ..std::mem::take(grasp)
-            };
+            grasp.forget_outcome();
+            grasp.forget_label_of_rule();
+            (grasp.label, grasp.label_category, grasp.label_source) = (None, None, None);
         }
+        self.forget_protocols();
+        Ok(())
+    }
+
+    /// Removes the descriptions of a simulation and of a rule of which no result is left.
+    pub(super) fn forget_protocols(&mut self) {
         if self.grasps.iter().all(|grasp| grasp.stable.is_none()) {
             self.metadata.stability = serde_json::Value::Null;
         }
         if self.grasps.iter().all(|grasp| grasp.label_auto.is_none()) {
             self.metadata.labels = serde_json::Value::Null;
         }
-        Ok(())
+    }
+}
+
+impl GraspRow {
+    /// Removes the outcome of a simulation.
+    pub(super) fn forget_outcome(&mut self) {
+        self.stable = None;
+        self.stable_reason = None;
+        self.stable_displacement_m = None;
+        self.stable_turn_rad = None;
+    }
+
+    /// Removes the label of the rule; that of a human stays.
+    pub(super) fn forget_label_of_rule(&mut self) {
+        self.label_auto = None;
+        self.label_score = None;
+        self.label_best = None;
+        if self.label_source.as_deref() == Some("rule") {
+            self.label_category = None;
+            self.label_source = None;
+        }
     }
 }
 

@@ -24,22 +24,31 @@ pub(super) fn fill(bytes: &mut [u8]) {
     bytes[start..start + PLACE.len()].copy_from_slice(sum.as_bytes());
 }
 
-/// Whether `bytes`, whose footer is `footer`, are unchanged. Files without a checksum are accepted, and so are files that
-/// another program wrote: it may have copied the metadata, but `created_by` names that program.
-pub(super) fn fits(bytes: &[u8], footer: &FileMetaData) -> bool {
+/// What the checksum of a file says of its content.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Seal {
+    /// The bytes are those that this program wrote.
+    Whole,
+    /// The bytes have changed since this program wrote them.
+    Broken,
+    /// Another program wrote the file, or a version of this one without checksums.
+    Absent,
+}
+
+/// What the checksum in `footer` says of `bytes`, whose footer it is. Another program may have copied the metadata and with
+/// them the checksum, but then `created_by` names that program.
+pub(super) fn seal(bytes: &[u8], footer: &FileMetaData) -> Seal {
     let ours = footer
         .created_by()
         .is_some_and(|writer| writer.starts_with(WRITER));
     let mut pairs = footer.key_value_metadata().into_iter().flatten();
-    let told = pairs.find(|pair| pair.key == KEY);
-    match told.filter(|_| ours) {
-        Some(told) => {
-            let told = told.value.as_deref().unwrap_or_default();
-            told.len() == PLACE.len()
-                && last(bytes, told.as_bytes()).is_some_and(|start| sum(bytes, start) == told)
-        }
-        None => true,
-    }
+    let Some(told) = pairs.find(|pair| pair.key == KEY).filter(|_| ours) else {
+        return Seal::Absent;
+    };
+    let told = told.value.as_deref().unwrap_or_default();
+    let fits = told.len() == PLACE.len()
+        && last(bytes, told.as_bytes()).is_some_and(|start| sum(bytes, start) == told);
+    if fits { Seal::Whole } else { Seal::Broken }
 }
 
 /// The checksum of all bytes except those of the checksum itself, at `start`.

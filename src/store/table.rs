@@ -27,7 +27,7 @@ use serde_json::Value;
 
 use super::columns::{ATTRIBUTES, KEY};
 use super::error::{Fault, StoreError};
-use super::sum;
+use super::sum::{self, Seal};
 
 /// A table in memory.
 pub(super) struct Table {
@@ -36,6 +36,8 @@ pub(super) struct Table {
     batches: Vec<RecordBatch>,
     /// The metadata under [`KEY`], or the copy of them that another program kept.
     pub(super) metadata: Option<String>,
+    /// Whether the checksum vouches for the content.
+    pub(super) sealed: bool,
     pub(super) rows: usize,
 }
 
@@ -65,7 +67,8 @@ impl Table {
     fn decode(path: &Path, bytes: &Bytes) -> Result<Self, StoreError> {
         let builder = ParquetRecordBatchReaderBuilder::try_new(bytes.clone())
             .map_err(|error| damaged(path, &error))?;
-        if !sum::fits(bytes, builder.metadata().file_metadata()) {
+        let seal = sum::seal(bytes, builder.metadata().file_metadata());
+        if seal == Seal::Broken {
             return Err(StoreError::Altered(path.to_path_buf()));
         }
         let chunks = builder
@@ -97,6 +100,7 @@ impl Table {
             schema,
             batches,
             metadata,
+            sealed: seal == Seal::Whole,
             rows,
         })
     }
@@ -155,7 +159,7 @@ impl Table {
                     path: self.path.clone(),
                     column: name.to_owned(),
                     expected: kind.expected,
-                    found: array.data_type().to_string(),
+                    found: content(array.data_type()),
                 },
                 Misfit::Empty { row } => self.fault(
                     before + row,
@@ -223,6 +227,22 @@ fn damaged(path: &Path, reason: &dyn Display) -> StoreError {
             .to_string()
             .trim_start_matches("Parquet error: ")
             .to_owned(),
+    }
+}
+
+/// What a column of this type holds, in words.
+fn content(kind: &DataType) -> String {
+    let lists = |element: &DataType| format!("lists of {}", content(element));
+    match kind {
+        DataType::Utf8 | DataType::LargeUtf8 | DataType::Utf8View => "text".to_owned(),
+        DataType::Dictionary(_, values) => content(values),
+        DataType::Boolean => "true or false".to_owned(),
+        kind if kind.is_integer() => "whole numbers".to_owned(),
+        kind if kind.is_floating() => "numbers".to_owned(),
+        DataType::List(element)
+        | DataType::LargeList(element)
+        | DataType::FixedSizeList(element, _) => lists(element.data_type()),
+        other => format!("values of type {other}"),
     }
 }
 

@@ -89,7 +89,7 @@ pub struct Growth {
 ///         warnings: Vec::new(),
 ///     };
 ///     let folder = AtomicFolder::open(&path.with_extension("landscape"), true)?;
-///     println!("{}", report.write(&folder)?);
+///     println!("{}", report.write(&folder)?.text);
 ///     folder.finish()?;
 /// }
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -199,7 +199,9 @@ impl<'a> ImportedLandscape<'a> {
     fn warnings(&self) -> Vec<String> {
         let unverified =
             "transition states are taken at the word of the files: nothing was verified".to_owned();
-        std::iter::once(unverified)
+        let unverified = (!self.database.transition_states.is_empty()).then_some(unverified);
+        unverified
+            .into_iter()
             .chain(self.notes.iter().cloned())
             .collect()
     }
@@ -221,14 +223,17 @@ impl<'a> ImportedLandscape<'a> {
 
     fn summary(&self) -> String {
         let mut text = format!(
-            "# {}\n\n- **{}** and **{}** in the layout of {}, {} of which join two copies of \
-             one minimum; {}\n- {} of minima joined directly\n- {} (relative barrier up to \
-             {})\n",
+            "# {}\n\n- **{}** and **{}** in the layout of {}{}; {}\n- {} of minima joined directly\n- {} (relative barrier \
+             up to {})\n",
             self.source.name,
             counted(self.database.minima.len(), "minimum"),
             counted(self.database.transition_states.len(), "transition state"),
             self.layout.name(),
-            self.loops(),
+            match self.loops() {
+                0 => String::new(),
+                1 => ", 1 of which joins two copies of one minimum".to_owned(),
+                loops => format!(", {loops} of which join two copies of one minimum"),
+            },
             counted(self.tree.roots.len(), "component"),
             counted(self.network.edge_count(), "pair"),
             counted(self.groups.members.len(), "group"),

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::{Experiment, json};
 use crate::hand::{HAND_NAMES, HandError, HandFiles};
 use crate::object::{OBJECT_NAMES, Object, ObjectError, ObjectParts};
+use crate::printable::is_command;
 use crate::store::{
     GraspFile, HandMetadata, ObjectMetadata, Overrides, RebuildError, StoreError, Warning,
 };
@@ -29,8 +30,13 @@ pub enum InputError {
     #[error(transparent)]
     Rebuild(#[from] RebuildError),
     /// The name of an object, which is used in names of files.
-    #[error("{0:?}: a name without slashes and line breaks is needed")]
-    Name(String),
+    #[error("{name:?}: {problem}; give a name without slashes and marks that are not shown")]
+    Name {
+        /// The name.
+        name: String,
+        /// What is wrong with it.
+        problem: String,
+    },
     /// The file of grasps is wrong.
     #[error(transparent)]
     Store(#[from] StoreError),
@@ -127,15 +133,32 @@ pub fn object_metadata(
 /// # Errors
 /// If names of files cannot contain the name.
 pub fn rename_object(object: &mut ObjectMetadata, name: &str) -> Result<(), InputError> {
-    if name.trim().is_empty() || name.contains(['/', '\\']) || name.contains(char::is_control) {
-        return Err(InputError::Name(name.to_owned()));
+    let problem = if name.trim().is_empty() {
+        Some("the name is empty".to_owned())
+    } else if let Some(slash) = name.chars().find(|c| ['/', '\\'].contains(c)) {
+        Some(format!("the name contains `{slash}`"))
+    } else {
+        let hidden = name.chars().find(|c| is_command(*c));
+        hidden.map(|c| {
+            let kind = match c {
+                '\n' | '\r' | '\u{2028}' | '\u{2029}' => "a line break",
+                '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => "a mark of direction",
+                _ => "a control character",
+            };
+            format!("the name contains {kind} (U+{:04X})", u32::from(c))
+        })
+    };
+    if let Some(problem) = problem {
+        let name = name.to_owned();
+        return Err(InputError::Name { name, problem });
     }
     name.clone_into(&mut object.name);
     Ok(())
 }
 
 /// Reads a file of grasps, with the given hand and object if there are any. If these differ from those in the file, all
-/// measures are computed anew. Also returns warnings.
+/// measures are computed anew, and if no checksum vouches for the file, those that are not of its poses
+/// ([`GraspFile::verify`]). Also returns warnings.
 ///
 /// # Errors
 /// If the file is wrong, or its grasps cannot be measured.
@@ -144,7 +167,11 @@ pub fn read_grasps(
     overrides: Overrides,
 ) -> Result<(GraspFile, Vec<String>), InputError> {
     let (mut file, found) = GraspFile::read(path, overrides)?;
-    let mut warnings: Vec<String> = found.iter().map(told).collect();
+    let unsealed = |warning: &&Warning| matches!(warning, Warning::Unsealed(_));
+    let mut warnings: Vec<String> = (found.iter())
+        .filter(|warning| !unsealed(warning))
+        .map(told)
+        .collect();
     if file.metadata.energy.is_null() {
         let found = Experiment::of_terms(&file.metadata.terms);
         if let Some((_, experiment)) = &found {
@@ -165,11 +192,22 @@ pub fn read_grasps(
             Warning::OtherHand { .. } | Warning::OtherObject { .. }
         )
     };
+    let failed = |source| InputError::Measure {
+        path: path.to_path_buf(),
+        source: Box::new(source),
+    };
     if found.iter().any(is_other) {
-        file.measure().map_err(|source| InputError::Measure {
-            path: path.to_path_buf(),
-            source: Box::new(source),
-        })?;
+        file.measure().map_err(failed)?;
+    } else if found.iter().any(|warning| unsealed(&warning)) {
+        warnings.extend(
+            file.verify()
+                .map_err(failed)?
+                .map(|found| found.to_string()),
+        );
+        let simulated = file.grasps.iter().filter(|grasp| grasp.stable.is_some());
+        let (outcomes, grasps) = (simulated.count(), file.grasps.len());
+        let unverified = Warning::UnverifiedOutcomes { outcomes, grasps };
+        warnings.extend((outcomes > 0).then(|| unverified.to_string()));
     }
     Ok((file, warnings))
 }
@@ -185,5 +223,29 @@ fn told(warning: &Warning) -> String {
              measures are taken anew; labels and outcomes of simulations are dropped"
         ),
         other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refused_name_says_what_is_wrong_with_it() {
+        let said = |name: &str| {
+            let mut object = ObjectMetadata::default();
+            rename_object(&mut object, name).map_err(|error| error.to_string())
+        };
+        assert!(said("Kanne 'x' ü").is_ok());
+        for (name, problem) in [
+            (" ", "the name is empty"),
+            ("a/b", "the name contains `/`"),
+            ("a\nb", "a line break (U+000A)"),
+            ("a\u{202e}b", "a mark of direction (U+202E)"),
+            ("a\u{1b}[2J", "a control character (U+001B)"),
+        ] {
+            let sentence = said(name).unwrap_err();
+            assert!(sentence.contains(problem), "{sentence}");
+        }
     }
 }

@@ -61,7 +61,8 @@ fn record(row: &mut GraspRow, label: &Label) {
     let human = row.label.as_deref().filter(|text| !text.is_empty());
     let (source, category) = match human {
         Some(text) => ("human", human_label(text).and_then(HumanLabel::category)),
-        None => ("rule", label.listed_category()),
+        // An unlisted grasp has a most probable category, too.
+        None => ("rule", label.category),
     };
     row.label_source = Some(source.to_owned());
     row.label_category = category.map(|category| category.name().to_owned());

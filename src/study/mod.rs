@@ -167,7 +167,7 @@ pub use minimum_values::MinimumValues;
 pub use names::{GraspSetting, MinimumName};
 pub use network_of_states::{NetworkOfStates, NumberedMinima};
 pub use page::{PageGrasps, PageLandscape, grasp_page, landscape_page};
-pub use report::GraspReport;
+pub use report::{GraspReport, MapSummary};
 pub use searched::{Searched, SurfaceSearch};
 pub use settings::{ChoiceSettings, GraspMapSettings, StudyRun, settings_for_grasps};
 pub use simulation::{

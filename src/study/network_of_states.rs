@@ -5,7 +5,7 @@ use std::path::Path;
 use super::error::StudyError;
 use crate::printable::counted;
 use crate::store::{LandscapeFiles, Manifest, StationaryRow, StoreError};
-use crate::topography::exchange::{Database, Vibrations};
+use crate::topography::exchange::{Database, NO_TRANSITION_STATES, Vibrations};
 use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree, Verdict};
 
 /// The names of the files.
@@ -98,13 +98,20 @@ impl NetworkOfStates {
                 StoreError::NotFound(folder.to_owned()).into()
             });
         }
-        let [minima, states] = FILES.map(|name| read(folder, name));
-        let parsed = Database::read(&minima?, &states?);
+        let [minima, states] = FILES;
+        let alone = !folder.join(states).exists();
+        let states = if alone {
+            String::new()
+        } else {
+            read(folder, states)?
+        };
+        let parsed = Database::read(&read(folder, minima)?, &states);
         let parsed = parsed.map_err(|source| StudyError::Exchange {
             folder: folder.display().to_string(),
             source,
         })?;
         let (mut database, mut notes) = (parsed.database, parsed.notes);
+        notes.extend(alone.then(|| NO_TRANSITION_STATES.to_owned()));
         if folder.join("stationary.parquet").is_file() {
             notes.extend(complete(&mut database, &StationaryRow::read(folder)?));
         }

@@ -11,7 +11,7 @@ use super::drawing::{Titles, Views, not_drawn};
 use super::error::StudyError;
 use super::level::{GROUP_LEVEL, GroupLevel, letting_go};
 use super::tables::{Input, Mapped, upper_bounds};
-use super::uncertainty::{self, Uncertainty};
+use super::uncertainty::{self, GRASPS, Uncertainty};
 use super::ways::Way;
 use super::{json, median, spell, tally};
 use crate::evaluation::taxonomy::{Labeller, Rule, Verdict};
@@ -20,7 +20,7 @@ use crate::grasp::hover::HoverCost;
 use crate::printable::{counted, printable};
 use crate::store::{AtomicFolder, Counts, GraspRow, LandscapeFiles, Manifest, Population, Source};
 use crate::topography::exchange::Database;
-use crate::topography::{Evidence, Merge, MinimumId};
+use crate::topography::{Evidence, LEAST_MEMBERS, Merge, MinimumId};
 
 /// Step of the finite differences of the curvatures, relative to the longest step of a saddle search.
 const CURVATURE_STEP: f64 = 1e-4;
@@ -36,6 +36,25 @@ pub(super) fn conclude(
     let summary = printable(summary, &['\n', '\t']).into_owned();
     folder.write("summary.md", summary.as_bytes())?;
     Ok(summary)
+}
+
+/// What a map is about, for a reader.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MapSummary {
+    /// The answer in one sentence.
+    pub headline: String,
+    /// What a reader must know of the map, each without capital and full stop.
+    pub notes: Vec<String>,
+    /// The text of `summary.md`.
+    pub text: String,
+}
+
+/// A number of minima as people count grasps.
+fn different(minima: usize) -> String {
+    match minima {
+        1 => "1 different one".to_owned(),
+        count => format!("{count} different ones"),
+    }
 }
 
 /// A mapped population and its report.
@@ -81,14 +100,14 @@ impl GraspReport<'_> {
         )
     }
 
-    /// Writes the tables, pictures, texts and summary of `landscape build` into `folder` and returns the summary.
+    /// Writes the tables, pictures, texts and summary of `landscape build` into `folder` and returns what is to be printed.
     ///
     /// # Errors
     /// If the folder cannot be written, or a number is not finite.
-    pub fn write(&self, folder: &AtomicFolder) -> Result<String, StudyError> {
+    pub fn write(&self, folder: &AtomicFolder) -> Result<MapSummary, StudyError> {
         let (mapped, titles) = (self.mapped(), self.titles());
         let merges = mapped.landscape.merges();
-        let uncertainty = Uncertainty::of(mapped.landscape, "grasps");
+        let uncertainty = Uncertainty::of(mapped.landscape, GRASPS);
         let files = self.files(&mapped, &merges, &uncertainty);
         let difference = CURVATURE_STEP * self.found.settings.path.max_step;
         let database = Database::from_landscape(self.energy, mapped.landscape, difference);
@@ -102,7 +121,35 @@ impl GraspReport<'_> {
             chain_choice::write(diagram, &titles.title, folder)?;
         }
         let text = self.summary(&mapped, &merges, &uncertainty, &files);
-        conclude(&files, &text, folder)
+        let headline = self.headline(files.minima.len(), &uncertainty);
+        // Those of the grasps are known before they are mapped.
+        let warnings = files.manifest.warnings.iter().skip(self.warnings.len());
+        Ok(MapSummary {
+            headline: printable(&headline, &[]).into_owned(),
+            notes: warnings
+                .map(|note| printable(note, &[]).into_owned())
+                .collect(),
+            text: conclude(&files, &text, folder)?,
+        })
+    }
+
+    /// How many different grasps and families there are, and how many further grasps would be of one of these.
+    fn headline(&self, minima: usize, uncertainty: &Uncertainty) -> String {
+        let families = self.found.landscape.groups.members.len();
+        let further = match uncertainty.unseen.coverage() {
+            Some(share) => format!("{share} further grasps would be of a known family"),
+            None => {
+                format!("to tell how many families are missing, {LEAST_MEMBERS} grasps are needed")
+            }
+        };
+        format!(
+            "{} of the {} hand on {} are {} in {}; {further}.",
+            counted(self.population.grasps.len(), "grasp"),
+            self.population.hand.name,
+            self.population.object.name,
+            different(minima),
+            counted(families, "family")
+        )
     }
 
     fn files(
@@ -188,7 +235,7 @@ impl GraspReport<'_> {
             && hover.quartiles[1] < depth
         {
             warnings.push(format!(
-            "hovering {:.0} mm off the object costs {:.3}, less than the median merge depth {depth:.3}: barriers \
+            "a hand {:.0} mm off the object has {:.3} more energy, less than the median merge depth {depth:.3}: barriers \
              measure letting go, not force closure",
             hover.clearance_m * 1e3,
             hover.quartiles[1]
@@ -200,8 +247,8 @@ impl GraspReport<'_> {
         let hovering = hovering(&found.hover).filter(|cost| bare && barrier > *cost);
         if let Some(cost) = hovering {
             warnings.push(format!(
-            "groups join minima over relative barriers up to {barrier:.3}, but hovering {:.0} mm off the object costs only \
-             {cost:.3}: a group is whatever can be reached by letting go",
+            "families join grasps over relative barriers up to {barrier:.3}, but a hand {:.0} mm off the object has only \
+             {cost:.3} more energy: a family is whatever can be reached by letting go",
             found.hover[0].clearance_m * 1e3
         ));
         }
@@ -211,8 +258,8 @@ impl GraspReport<'_> {
             .count();
         if unrelaxed > 0 {
             warnings.push(format!(
-            "only an upper bound is known for {unrelaxed} of {} merges (evidence `chain`): drawn dashed, listed in summary.md",
-            merges.len()
+            "only an upper bound is known for {unrelaxed} of {} (evidence `chain`): drawn dashed, listed in summary.md",
+            counted(merges.len(), "merge")
         ));
         }
         warnings
@@ -255,10 +302,11 @@ impl GraspReport<'_> {
                 self.population.hand.name,
                 self.population.object.name
             ),
+            format!("{}\n", self.headline(files.minima.len(), uncertainty)),
             format!(
-                "- **{}** in **{}** ({})",
-                counted(files.minima.len(), "minimum"),
-                counted(found.landscape.groups.members.len(), "group"),
+                "- **different grasps** are the minima of the energy ({}), and **families** are groups of them ({}): {}",
+                files.minima.len(),
+                found.landscape.groups.members.len(),
                 self.rule_of_groups()
             ),
             format!(
@@ -326,10 +374,13 @@ impl GraspReport<'_> {
             }
         };
         format!(
-            "minima joined by relaxed connections with relative barrier up to {barrier:.3}: {why}"
+            "minima joined by relaxed connections with relative barrier up to {barrier:.3} ({why})"
         )
     }
 }
+
+/// What the evidence of a merge proves.
+const VERIFIED: &str = ". Each is the lowest pass found; a `saddle` or a `seam` is verified to be a pass, but a lower one may exist";
 
 /// On what connections and merges rest.
 fn evidence(files: &LandscapeFiles, merges: &[Merge]) -> Vec<String> {
@@ -340,7 +391,7 @@ fn evidence(files: &LandscapeFiles, merges: &[Merge]) -> Vec<String> {
         format!(
             "- evidence of merges: {}",
             spell(&tally(merges.iter().map(|merge| merge.evidence.name())))
-        ),
+        ) + VERIFIED,
         format!(
             "- what dominates the tops of merges: {}",
             spell(&tally(terms))
@@ -380,7 +431,7 @@ fn ways(files: &LandscapeFiles, merges: &[Merge]) -> Option<String> {
 
 fn cost_of_hovering(hover: &HoverCost) -> String {
     format!(
-        "- hovering {:.0} mm off the object costs {:.3} (quartiles {:.3} to {:.3}; {:.1} mm reached)",
+        "- a hand {:.0} mm off the object has {:.3} more energy than its grasp (quartiles {:.3} to {:.3}; {:.1} mm reached)",
         hover.clearance_m * 1e3,
         hover.quartiles[1],
         hover.quartiles[0],
@@ -434,15 +485,17 @@ fn largest_groups(mapped: &Mapped<'_>, energy: &GraspEnergy) -> Vec<String> {
         "label"
     };
     let mut lines = vec![
-        "## Largest groups\n".to_owned(),
-        format!("| group | minima | grasps | lowest energy | {column} |\n|---|---|---|---|---|"),
+        "## Largest families\n".to_owned(),
+        format!(
+            "| family | different grasps | grasps | lowest energy | {column} |\n|---|---|---|---|---|"
+        ),
     ];
     lines.extend(groups.into_iter().take(12).map(|(group, members, rows)| {
         let lowest =
             (members.iter()).min_by(|a, b| minimum(a).energy.total_cmp(&minimum(b).energy));
         let energy = lowest.map_or(f64::INFINITY, |id| minimum(id).energy);
         format!(
-            "| {group} | {} | {} | {energy:.3} | {} |",
+            "| g{group} | {} | {} | {energy:.3} | {} |",
             members.len(),
             rows.len(),
             label(lowest, &rows)

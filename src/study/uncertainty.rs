@@ -7,8 +7,12 @@ use serde::Serialize;
 use super::error::StudyError;
 use super::{json, median};
 use crate::figure::rarefaction_chart;
+use crate::printable::counted;
 use crate::store::AtomicFolder;
 use crate::topography::{Evidence, LEAST_MEMBERS, Landscape, Node, Rarefaction, support};
+
+/// The inputs of a landscape of grasps.
+pub(super) const GRASPS: &str = "grasps";
 
 /// Points of a rarefaction curve up to the actual sample size.
 const POINTS: usize = 50;
@@ -38,7 +42,8 @@ pub(super) struct Uncertainty {
 }
 
 impl Uncertainty {
-    /// The uncertainties of a landscape made from `inputs`, named in the plural.
+    /// The uncertainties of a landscape made from `inputs`, named in the plural. Where these are [`GRASPS`], minima are called
+    /// different grasps, and their groups families.
     pub(super) fn of(landscape: &Landscape, inputs: &'static str) -> Self {
         Self {
             merges: merges(landscape),
@@ -128,8 +133,9 @@ pub(super) fn lines(uncertainty: &Uncertainty) -> Vec<String> {
         let sure = supports.iter().filter(|share| **share >= 0.95).count();
         let doubtful = supports.iter().filter(|share| **share < 0.7).count();
         lines.push(format!(
-            "- support of merges ({} resamplings of the chains): {sure} of {} at least 95 %, {doubtful} below 70 %",
-            spread.resamplings,
+            "- support of merges ({} of the chains that were run): {sure} of {} at least 95 %, {doubtful} below 70 %. Support \
+             tells how far these chains agree; it does not tell whether a lower pass exists that none of them found",
+            counted(spread.resamplings, "resampling"),
             supports.len()
         ));
     }
@@ -179,21 +185,47 @@ impl Unseen {
         ]))
     }
 
+    /// The chance that one more grasp falls into a known family, in whole grasps of a hundred, if it can be estimated:
+    /// `about 98 of 100`, `more than 99 of 100`.
+    pub(super) fn coverage(&self) -> Option<String> {
+        let coverage = self.groups.estimate?.coverage;
+        let percent = (100.0 * coverage).round();
+        Some(if percent < 100.0 {
+            format!("about {percent:.0} of 100")
+        } else {
+            "more than 99 of 100".to_owned()
+        })
+    }
+
     fn line(&self) -> String {
-        let (Some(groups), Some(minima)) = (self.groups.estimate, self.minima.estimate) else {
+        let [group, groups, minimum] = if self.inputs == GRASPS {
+            ["family", "families", "grasp"]
+        } else {
+            ["group", "groups", "minimum"]
+        };
+        let (Some(seen), Some(minima)) = (self.groups.estimate, self.minima.estimate) else {
             return format!(
-                "- groups still unseen: {} {} are too few to estimate it (at least {LEAST_MEMBERS} are needed)",
+                "- {groups} still unseen: {} {} are too few to estimate it (at least {LEAST_MEMBERS} are needed)",
                 self.groups.members, self.inputs
             );
         };
-        let [low, high] = groups.unseen_interval;
+        let [low, high] = seen.unseen_interval;
+        let unseen = if seen.unseen < 0.5 {
+            format!("probably none (at most {high:.0}, with 95 % confidence)")
+        } else {
+            format!(
+                "at least about {:.0} (95 % interval {low:.0} to {high:.0})",
+                seen.unseen
+            )
+        };
         format!(
-            "- groups still unseen: about {:.0} (Chao1, a lower bound; 95 % interval {low:.0} to {high:.0}); one more grasp falls \
-             into a known group with a chance of {:.0} %, into a known minimum with {:.0} % (Good and Turing). This takes the \
-             grasps for independent draws: grasps chosen to be spread make it too pessimistic",
-            groups.unseen,
-            100.0 * groups.coverage,
-            100.0 * minima.coverage
+            "- {groups} still unseen: {unseen}; one more of the {} falls into a known {group} with a chance of {:.0} %, into a \
+             known {minimum} with {:.0} % (estimates of Chao, Good and Turing). This takes the {} for independent draws: if they \
+             were chosen to be spread, it is too pessimistic",
+            self.inputs,
+            100.0 * seen.coverage,
+            100.0 * minima.coverage,
+            self.inputs
         )
     }
 
@@ -205,5 +237,44 @@ impl Unseen {
             folder.write(name, &canvas.encode(name.as_ref())?)?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unseen(sizes: &[usize]) -> Unseen {
+        let rarefaction = || Rarefaction::new(sizes, POINTS);
+        Unseen {
+            inputs: GRASPS,
+            groups: rarefaction(),
+            minima: rarefaction(),
+        }
+    }
+
+    #[test]
+    fn what_is_unseen_is_told_in_words() {
+        let (some, none, few) = (unseen(&[58, 1, 1]), unseen(&[30, 30]), unseen(&[5, 1]));
+        assert_eq!(some.coverage().as_deref(), Some("about 97 of 100"));
+        assert_eq!(none.coverage().as_deref(), Some("more than 99 of 100"));
+        assert_eq!(few.coverage(), None);
+        let line = none.line();
+        assert!(
+            line.starts_with(
+                "- families still unseen: probably none (at most 0, with 95 % confidence)"
+            ),
+            "{line}"
+        );
+        let line = some.line();
+        assert!(
+            line.starts_with("- families still unseen: at least about 1 ("),
+            "{line}"
+        );
+        assert!(
+            few.line().contains("6 grasps are too few"),
+            "{}",
+            few.line()
+        );
     }
 }

@@ -101,6 +101,16 @@ impl Run<'_> {
         Tally::after(phase, 0, total, self.observer)
     }
 
+    /// A tally of one round, from 0, of a phase of at most `most` rounds.
+    pub(crate) fn tally_of_round(
+        &self,
+        phase: Phase,
+        (round, most): (usize, usize),
+        total: usize,
+    ) -> Tally<'_> {
+        Tally::of_round(phase, Some((round + 1, most)), (0, total), self.observer)
+    }
+
     /// The outcomes of `tasks`, each of which has a key of its own: the stored ones, and the others by `work`, in parallel.
     /// One process begins tasks in their order. With [`Run::workers`] each does so with its own share of them.
     pub(crate) fn each<K: Sync, T: Serialize + DeserializeOwned + Send>(

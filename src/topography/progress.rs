@@ -16,6 +16,8 @@ pub enum Phase {
     Pairs,
     /// Measuring what it costs to hover off the object.
     Hover,
+    /// Joining near minima that only the roughness of the energy divides.
+    Ripple,
     /// Connecting near pairs.
     Connect,
     /// Joining components that are still separate.
@@ -48,6 +50,7 @@ impl Phase {
         match self {
             Self::Quench => "descending",
             Self::Hover => "hovering",
+            Self::Ripple => "joining near minima",
             Self::Connect => "connecting pairs",
             Self::Join => "joining components",
             Self::Retry => "improving merges",
@@ -71,8 +74,11 @@ pub struct Progress {
     pub phase: Phase,
     /// Tasks finished, in whatever order.
     pub done: usize,
-    /// Tasks of this phase known so far.
+    /// Tasks of this phase known so far, or of this round of it.
     pub total: usize,
+    /// For a phase in rounds: which round this is, from 1, and how many there are at most. What a round finds decides whether
+    /// there is another one.
+    pub round: Option<(usize, usize)>,
 }
 
 /// Receives progress reports, from any thread.
@@ -82,6 +88,7 @@ pub(crate) struct Tally<'a> {
     phase: Phase,
     done: AtomicUsize,
     total: usize,
+    round: Option<(usize, usize)>,
     observer: &'a Observer<'a>,
 }
 
@@ -92,13 +99,34 @@ impl<'a> Tally<'a> {
         total: usize,
         observer: &'a Observer<'a>,
     ) -> Self {
-        observer(Progress { phase, done, total });
-        Self {
+        Self::of_round(phase, None, (done, total), observer)
+    }
+
+    /// The tally of a round, given with the most there are, of whose tasks the first number is finished.
+    pub(super) fn of_round(
+        phase: Phase,
+        round: Option<(usize, usize)>,
+        (done, total): (usize, usize),
+        observer: &'a Observer<'a>,
+    ) -> Self {
+        let tally = Self {
             phase,
             done: AtomicUsize::new(done),
             total,
+            round,
             observer,
-        }
+        };
+        tally.tell(done);
+        tally
+    }
+
+    fn tell(&self, done: usize) {
+        (self.observer)(Progress {
+            phase: self.phase,
+            done,
+            total: self.total,
+            round: self.round,
+        });
     }
 
     pub(super) fn phase(&self) -> Phase {
@@ -111,18 +139,10 @@ impl<'a> Tally<'a> {
 
     /// Tells that at least `done` tasks are finished.
     pub(super) fn reach(&self, done: usize) {
-        (self.observer)(Progress {
-            phase: self.phase,
-            done: done.max(self.done.fetch_max(done, Ordering::Relaxed)),
-            total: self.total,
-        });
+        self.tell(done.max(self.done.fetch_max(done, Ordering::Relaxed)));
     }
 
     pub(crate) fn tick(&self) {
-        (self.observer)(Progress {
-            phase: self.phase,
-            done: 1 + self.done.fetch_add(1, Ordering::Relaxed),
-            total: self.total,
-        });
+        self.tell(1 + self.done.fetch_add(1, Ordering::Relaxed));
     }
 }

@@ -303,3 +303,67 @@ fn what_held_in_simulation_is_mapped_and_marked() {
         }
     }
 }
+
+/// The first lines answer the question, and statistics follow for those who ask.
+#[test]
+fn first_lines_answer_the_question() {
+    let desk = Desk::with_grasps();
+    let printed = |line: &str| {
+        let output = desk.run(line);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "landscape {line}: {said}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let synth = "synth --object ball -n 3 --preset four_points --steps 40 --keep all --drop 2";
+    let brief = printed(&format!("{synth} -o s.parquet"));
+    let lines: Vec<&str> = brief.lines().collect();
+    assert_eq!(
+        lines[0],
+        "wrote 3 grasps of the human hand on ball from 3 chains to s.parquet"
+    );
+    assert!(
+        lines.len() == 2 && lines[1].contains("of 2 that were dropped"),
+        "{brief}"
+    );
+    let full = printed(&format!("{synth} -o v.parquet --verbose"));
+    assert_says(&full, &["Eq. 11 as printed", "wrote 3 grasps"]);
+
+    let brief = printed("build g.parquet --first 3 -o g.landscape");
+    let counts = LandscapeFiles::read(&desk.path("g.landscape"))
+        .unwrap()
+        .manifest
+        .counts;
+    let families = if counts.groups == 1 {
+        "family"
+    } else {
+        "families"
+    };
+    let headline = format!(
+        "3 grasps of the human hand on ball are {} different ones in {} {families}; to tell how many families are missing, 30 \
+         grasps are needed.",
+        counts.minima, counts.groups
+    );
+    let first = brief.lines().next().unwrap();
+    assert_eq!(first, format!("{headline} Open g.landscape/report.html"));
+    assert!(
+        !brief.contains("resamplings") && brief.contains("g.landscape/summary.md"),
+        "{brief}"
+    );
+    let summary = fs::read_to_string(desk.path("g.landscape/summary.md")).unwrap();
+    assert_says(
+        &summary,
+        &[
+            &headline,
+            "**different grasps** are the minima",
+            "Each is the lowest pass found",
+            "does not tell whether a lower pass exists",
+            "## Largest families",
+        ],
+    );
+    let full = printed("build g.parquet --first 3 -o again.landscape --verbose --no-report");
+    assert!(
+        full.starts_with(&headline) && !full.contains("Open again"),
+        "{full}"
+    );
+    assert_says(&full, &["resamplings"]);
+}

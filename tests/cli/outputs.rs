@@ -426,3 +426,29 @@ fn signals_that_are_to_be_ignored_are_ignored() {
     assert!(child.wait().unwrap().success());
     assert_eq!(names(desk.folder.path()), ["grasps.parquet"]);
 }
+
+/// What a run has made and could not fill is not left behind. Files of this process cannot grow, as on a full disk.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_leaves_no_empty_folder() {
+    let desk = Desk::with_grasps();
+    let before = contents(desk.folder.path());
+    for line in [
+        "export g.parquet glb -o a/b.scenes",
+        "build g.parquet --first 2",
+    ] {
+        let shell = format!(
+            "trap '' XFSZ; ulimit -f 0; exec {} {line}",
+            env!("CARGO_BIN_EXE_landscape")
+        );
+        let output = Command::new("sh")
+            .args(["-c", &shell])
+            .current_dir(desk.folder.path())
+            .output()
+            .unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.contains("error: cannot write"), "{said}");
+        assert_eq!(contents(desk.folder.path()), before, "{line}");
+    }
+}

@@ -3,11 +3,13 @@
 use std::fs;
 
 use crate::desk::{Desk, assert_says};
-use crate::grasps;
 use crate::parts::Parts;
+use crate::{grasps, landscape};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, UInt32Type};
-use arrow_array::{ArrayRef, FixedSizeListArray, Float64Array, ListArray};
+use arrow_array::{
+    ArrayRef, BooleanArray, FixedSizeListArray, Float64Array, ListArray, StringArray,
+};
 use landscape::store::{GraspFile, GraspRow, LandscapeFiles, Overrides};
 use serde_json::{Value, json};
 
@@ -328,6 +330,100 @@ fn identical_grasps() {
     );
     assert!(!desk.path("same.landscape").exists());
     assert!(!desk.path("same.landscape.partial").exists());
+}
+
+/// Another program moved a hand, wrote down what it liked, and left no checksum.
+#[test]
+fn measures_that_are_not_those_of_the_poses_are_computed_anew() {
+    let desk = Desk::with_grasps();
+    let parts = Parts::of(&desk.path("g.parquet"));
+    let moved = change(&parts, "translation_m", |row, values| {
+        if row == 1 {
+            values.iter_mut().for_each(|value| *value += 0.05);
+        }
+    });
+    let with = |name: &str, row: usize, value: f64| {
+        let mut values = parts.floats(name);
+        values[row] = value;
+        Float64Array::from(values)
+    };
+    let (energy, epsilon, term) = (
+        with("energy", 1, 0.001),
+        with("epsilon", 1, 0.9),
+        with("term_prior", 3, 1e308),
+    );
+    parts
+        .set("translation_m", moved)
+        .set("energy", energy)
+        .set("epsilon", epsilon)
+        .set("term_prior", term)
+        .set("stable", BooleanArray::from(vec![true; 6]))
+        .set("label_auto", StringArray::from(vec!["Tripod"; 6]))
+        .write(&desk.path("lie.parquet"));
+    let output = desk.run("inspect lie.parquet --json");
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_says(
+        &said,
+        &[
+            "warning: the measures of 2 of 6 grasps in the file are not those of their poses (row 1: `energy` is 0.0010, computed ",
+            "computed ones are used; 2 outcomes of simulations and 2 labels by the rule are left out",
+            "warning: the outcomes of simulations (4 of 6 grasps) are as the file tells them",
+        ],
+    );
+    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    for row in [1, 3] {
+        let grasp = &told["grasps"][row];
+        let terms = grasp["terms"].as_object().unwrap().values();
+        let sum: f64 = terms.map(|value| value.as_f64().unwrap()).sum();
+        let energy = grasp["energy"].as_f64().unwrap();
+        assert!(energy > 0.01 && (energy - sum).abs() < 1e-9, "{grasp}");
+    }
+    desk.succeed("label lie.parquet -q -o labelled.parquet");
+    let read = |name: &str| {
+        GraspFile::read(&desk.path(name), Overrides::default())
+            .unwrap()
+            .0
+            .grasps
+    };
+    let (whole, labelled) = (read("g.parquet"), read("labelled.parquet"));
+    let stable = |row: &GraspRow| row.stable;
+    let outcomes: Vec<_> = labelled.iter().map(stable).collect();
+    let held = Some(true);
+    assert_eq!(outcomes, [held, None, held, None, held, held]);
+    assert!(labelled[1].epsilon < Some(0.1));
+    for row in [0, 2, 4, 5] {
+        assert_eq!(labelled[row].energy.to_bits(), whole[row].energy.to_bits());
+    }
+    // Outcomes alone are not read from such a file.
+    let line = format!(
+        "report {} --stability lie.parquet",
+        landscape().path("g.landscape").display()
+    );
+    assert_says(
+        &desk.early_mistake(&line),
+        &[
+            "lie.parquet was written by another program",
+            "landscape stability",
+        ],
+    );
+}
+
+/// A table that passed through another program unchanged is read without a word.
+#[test]
+fn an_unchanged_table_of_another_program_is_as_good() {
+    let desk = Desk::with_grasps();
+    Parts::of(&desk.path("g.parquet")).write(&desk.path("same.parquet"));
+    assert_eq!(desk.succeed("label same.parquet -q -o a.parquet"), "");
+    desk.succeed("label g.parquet -q -o b.parquet");
+    let [one, other] = ["a.parquet", "b.parquet"].map(|name| {
+        GraspFile::read(&desk.path(name), Overrides::default())
+            .unwrap()
+            .0
+    });
+    assert_eq!(one.grasps, other.grasps);
+    let output = desk.run("inspect same.parquet");
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(!said.contains("warning"), "{said}");
 }
 
 /// The file with its metadata changed.

@@ -147,6 +147,12 @@ fn read(path: &Path) -> Result<(GraspFile, Vec<Warning>), StoreError> {
     GraspFile::read(path, Overrides::default())
 }
 
+/// The warnings about a file that another program wrote, without the one that says so.
+fn besides_the_seal(mut warnings: Vec<Warning>, path: &Path) -> Vec<Warning> {
+    assert_eq!(warnings.pop(), Some(Warning::Unsealed(path.to_path_buf())));
+    warnings
+}
+
 fn overrides() -> Overrides {
     Overrides {
         hand: Some(hand()),
@@ -165,7 +171,8 @@ impl Parts {
     fn read(self, overrides: Overrides) -> Result<(GraspFile, Vec<Warning>), StoreError> {
         let (_folder, path) = place("grasps.parquet");
         self.write(&path);
-        GraspFile::read(&path, overrides)
+        let (file, warnings) = GraspFile::read(&path, overrides)?;
+        Ok((file, besides_the_seal(warnings, &path)))
     }
 
     /// The message with which the file is refused, without its folder.

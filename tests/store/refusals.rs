@@ -253,14 +253,14 @@ fn files_that_are_no_grasp_files_are_refused() {
         .refusal();
     assert_eq!(
         refused,
-        "column `energy` of grasps.parquet holds Utf8, expected numbers"
+        "column `energy` of grasps.parquet holds text; numbers are needed"
     );
     let refused = of(&file(2))
         .set("contacts", Int64Array::from(vec![1, 2]))
         .refusal();
     assert_eq!(
         refused,
-        "column `contacts` of grasps.parquet holds Int64, expected lists of whole numbers"
+        "column `contacts` of grasps.parquet holds whole numbers; lists of whole numbers are needed"
     );
 }
 

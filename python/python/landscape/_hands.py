@@ -176,8 +176,8 @@ class Object:
             raise InputError(f"vertices have the shape {points.shape}, but (n, 3) is needed")
         if corners.ndim != 2 or corners.shape[1] != 3 or not np.issubdtype(corners.dtype, np.integer):
             raise InputError(f"triangles must be whole numbers of the shape (m, 3), but are {corners.dtype} of {corners.shape}")
-        if not name.strip() or any(mark in name for mark in "/\\\n\r"):
-            raise InputError(f"name {name!r}: a name without slashes and line breaks is needed")
+        if not name.strip() or any(mark in "/\\" or not mark.isprintable() for mark in name):
+            raise InputError(f"name {name!r}: a name without slashes and marks that are not shown is needed")
         folder = Folder()
         lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in points.tolist()]
         lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in corners.tolist()]

@@ -14,12 +14,18 @@ use crate::cli::report;
 use crate::printable::counted;
 use crate::store::{AtomicFolder, Source, content_hash};
 use crate::study::{ImportedLandscape, StationaryCoordinates};
-use crate::topography::exchange::{Database, Layout, Reading, counted_points, points_of_text};
+use crate::topography::exchange::{
+    Database, Layout, NO_TRANSITION_STATES, Reading, counted_points, points_of_text,
+};
 
 pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
-    let texts = ["min.data", "ts.data"].map(|name| read(&command.path, name));
-    let [minima, states] = texts;
-    let (minima, states) = (minima?, states?);
+    let minima = read(&command.path, "min.data")?;
+    let alone = !command.path.join("ts.data").exists();
+    let states = if alone {
+        String::new()
+    } else {
+        read(&command.path, "ts.data")?
+    };
     let read =
         Database::read(&minima, &states).with_context(|| command.path.display().to_string())?;
     let output = match &command.output {
@@ -36,6 +42,9 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     let made_by = &common.provenance.command;
     let (coordinates, note) = coordinates(&command.path, &read)?;
     let mut imported = ImportedLandscape::new(&read, coordinates, &groups, source, made_by);
+    if alone {
+        imported = imported.noting(NO_TRANSITION_STATES.to_owned());
+    }
     if let Some(note) = note {
         imported = imported.noting(note);
     }

@@ -58,13 +58,19 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
             text.push_str(&lines(&judged));
             text.push('\n');
         } else {
-            text.push_str(&summary(&counts, &judged));
+            text.push_str(&verdict(&counts, &judged, &grasps));
+            if common.verbose {
+                text.push_str(&summary(&counts, &judged));
+            }
             text.push('\n');
         }
         landscapes.push(counts);
         all.extend(judged);
     }
     bar.finish_and_clear();
+    if command.grasp.is_empty() && !command.each && !common.verbose {
+        text.push_str("--verbose prints all measures, --each one line for each grasp, --grasp ID all about one.\n");
+    }
     if common.json {
         let everything = Everything {
             landscapes,
@@ -137,9 +143,9 @@ fn detail(grasp: &JudgedGrasp) -> String {
     let lines = [
         (
             "strict filter",
-            grasp.objection.map_or("passes".to_owned(), |reason| {
-                format!("refused for {reason}")
-            }),
+            grasp
+                .objection
+                .map_or("passes".to_owned(), |reason| format!("refused, {reason}")),
         ),
         ("Eq. 11 as printed", passes(grasp.passes_published)),
         ("Eq. 11 as released", passes(grasp.passes_released)),
@@ -206,18 +212,61 @@ fn touching(contacts: &[JudgedContact]) -> String {
 }
 
 fn title(of: &JudgedPopulation) -> String {
-    let scale = if (of.scale - 1.0).abs() > f64::EPSILON {
-        format!(", scale {}", of.scale)
+    let (grasps, hand, object) = (counted(of.grasps, "grasp"), &of.hand, &of.object);
+    let scale = scale_told(of.scale);
+    format!("{grasps} of the {hand} hand on {object}{scale}\n\n")
+}
+
+/// The scale of an object if it is not 1.
+fn scale_told(scale: f64) -> String {
+    if (scale - 1.0).abs() > f64::EPSILON {
+        format!(" (scale {scale})")
     } else {
         String::new()
+    }
+}
+
+/// How many grasps pass the strict filter, why the others do not, and how many held in simulation.
+fn verdict(population: &JudgedPopulation, judged: &[JudgedGrasp], rows: &[&GraspRow]) -> String {
+    let (total, passing) = (population.grasps, population.passes_strict);
+    let most = |of: fn(&Judgement) -> f64| {
+        let values = judged.iter().map(|grasp| of(&grasp.judgement));
+        millimetres(values.fold(0.0, f64::max))
     };
-    let (grasps, hand, object) = (counted(of.grasps, "grasp"), &of.hand, &of.object);
-    format!("{grasps} of the {hand} hand on {object}{scale}\n\n")
+    let mut text = format!(
+        "{passing} of {} of the {} hand on {}{} {} the strict filter; the farthest contact is {} mm off the object, and the \
+         hand is at most {} mm deep in it.\n",
+        counted(total, "grasp"),
+        population.hand,
+        population.object,
+        scale_told(population.scale),
+        if passing == 1 { "passes" } else { "pass" },
+        most(|judgement| judgement.gap_m),
+        most(|judgement| judgement.deepest_m)
+    );
+    if passing < total {
+        let reasons = by_frequency(&population.objections).into_iter();
+        let reasons: Vec<String> = reasons
+            .map(|(reason, count)| format!("{reason} {count}"))
+            .collect();
+        let _ = writeln!(
+            text,
+            "refused: {} ({})",
+            total - passing,
+            reasons.join(", ")
+        );
+    }
+    let simulated = rows.iter().filter(|row| row.stable.is_some()).count();
+    if simulated > 0 {
+        let held = rows.iter().filter(|row| row.stable == Some(true)).count();
+        let _ = writeln!(text, "held in simulation: {held} of {simulated}");
+    }
+    text
 }
 
 /// The counts and quantiles as a page of text.
 fn summary(population: &JudgedPopulation, judged: &[JudgedGrasp]) -> String {
-    let mut text = title(population);
+    let mut text = String::from("\n");
     let total = population.grasps;
     let share = |count: usize| {
         let percent = 100.0 * count as f64 / total as f64;
@@ -229,9 +278,6 @@ fn summary(population: &JudgedPopulation, judged: &[JudgedGrasp]) -> String {
         ("Eq. 11 as released", population.passes_released),
     ] {
         let _ = writeln!(text, "{filter:<20} {}", share(count));
-    }
-    for (reason, count) in by_frequency(&population.objections) {
-        let _ = writeln!(text, "  refused for {reason}: {count}");
     }
     text.push('\n');
     text.push_str(&quantiles(judged));

@@ -40,7 +40,8 @@ pub(super) struct Inspect {
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
-  landscape inspect grasps.parquet                         how many grasps pass each filter, and quantiles
+  landscape inspect grasps.parquet                         how many grasps pass the strict filter, and why others do not
+  landscape inspect grasps.parquet --verbose               the other filters too, and quantiles of all measures
   landscape inspect grasps.parquet --each                  one line for each grasp
   landscape inspect grasps.parquet --grasp 17 --grasp 40   all measures of two of them
   landscape inspect contacts.json                          bare contacts: balance, forces, ε

@@ -463,7 +463,7 @@ fn map(
     if !command.page.no_report {
         report::write_into(&unfinished.folder, &BTreeMap::new(), common)?;
     }
-    unfinished.conclude(watch, &text)?;
+    unfinished.conclude(watch, |_| text)?;
     print_landscapes(common, &[output])
 }
 

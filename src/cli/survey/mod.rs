@@ -126,7 +126,7 @@ pub(super) fn run(command: &Survey, common: &Common) -> anyhow::Result<()> {
     );
     let told = plan.repeated.iter().filter(|_| !common.quiet);
     told.for_each(|repeated| complain(&format!("note: {repeated}")));
-    make_folder(&output.join(LANDSCAPES))?;
+    let _made = make_folder(&output.join(LANDSCAPES))?;
 
     let fingerprint = command.fingerprint(&plan)?;
     if let Some(worker) = command.share.worker()? {
@@ -279,9 +279,7 @@ impl Survey {
             Ok(counted) => counted,
             Err(error) => return failed(error.into()),
         };
-        if let Some(parent) = folder.parent() {
-            make_folder(parent)?;
-        }
+        let _made = folder.parent().map(make_folder).transpose()?;
         let again = Again {
             resume: false,
             fresh: self.again.fresh,

@@ -92,7 +92,7 @@ impl Answer {
     /// The answer for a pose and its corrected readings; `None` without any fits.
     ///
     /// The order of the answers follows from the fits as they are, and so does what is close. The probabilities that are
-    /// told are made of the fits to the power that `sharpness` gives.
+    /// told are made of the fits to the power that `sharpness` gives, and then made to agree with the answer ([`agree`]).
     pub(super) fn of(
         posed: Option<&Fits>,
         corrected: &[&Fits],
@@ -100,7 +100,7 @@ impl Answer {
     ) -> Option<Self> {
         let all = || posed.into_iter().chain(corrected.iter().copied());
         let fit = all().map(Fits::best).reduce(f64::max)?;
-        let [plain, told] =
+        let [plain, mut told] =
             [1.0, sharpness.exponent(fit)].map(|power| probabilities(posed, corrected, power));
         let place = |entry: &GraspType| usize::from(entry.number) - 1;
         let of = |entry: &GraspType| plain[place(entry)];
@@ -123,6 +123,9 @@ impl Answer {
             .position(|entry| Some(entry.category) == category)
         {
             ranked[..=place].rotate_right(1);
+        }
+        if let Some(answer) = ranked.first() {
+            agree(&mut told, answer, &categories(&plain));
         }
         let cell = ranked.first().map_or("", |entry| entry.cell.as_str());
         let candidate = |entry: &GraspType| Candidate {
@@ -159,6 +162,35 @@ impl Answer {
             () if self.shares[1] < rule.type_share => Verdict::Ambiguous(first.number),
             () => Verdict::Listed(first.number),
         }
+    }
+}
+
+/// Makes the probabilities of the types agree with the answer where a power of the fits has changed their order: those of the
+/// categories are given out in the order of `categories`, which decided, and in its category the answer has the greatest.
+fn agree(told: &mut [f64], answer: &GraspType, categories: &[(Category, f64)]) {
+    let types = &Taxonomy::feix().types;
+    let place = |entry: &GraspType| usize::from(entry.number) - 1;
+    let of = |category: Category| types.iter().filter(move |entry| entry.category == category);
+    let mut order: Vec<&(Category, f64)> = categories.iter().collect();
+    order.sort_by(|a, b| b.1.total_cmp(&a.1));
+    // Of categories that are equally probable, that of the answer is the first.
+    order.sort_by_key(|(category, _)| *category != answer.category);
+    let shares: Vec<f64> = (order.iter())
+        .map(|(category, _)| of(*category).map(|entry| told[place(entry)]).sum())
+        .collect();
+    let mut given = shares.clone();
+    given.sort_by(|a, b| b.total_cmp(a));
+    for ((category, _), (share, given)) in order.into_iter().zip(shares.into_iter().zip(given)) {
+        // A category without any probability has no types to give it to.
+        if share > 0.0 && share.to_bits() != given.to_bits() {
+            for entry in of(*category) {
+                told[place(entry)] *= given / share;
+            }
+        }
+    }
+    let own = of(answer.category).map(place);
+    if let Some(most) = own.max_by(|a, b| told[*a].total_cmp(&told[*b])) {
+        told.swap(most, place(answer));
     }
 }
 
@@ -321,6 +353,46 @@ mod tests {
             assert!((plain.best[0].score - 2.0 / 3.0).abs() < 1e-12);
             assert!((told.best[0].score - 1.0 / (1.0 + other)).abs() < 1e-12);
             assert!((told.best[0].score > plain.best[0].score) == (best > 0.5));
+        }
+    }
+
+    /// A power of the fits favours one good type over several fair ones, and may so change the order of categories and of
+    /// types. What is told must not contradict the answer.
+    #[test]
+    fn what_is_told_agrees_with_the_answer() {
+        let steep = Sharpness {
+            least: 3.0,
+            by_fit: 0.0,
+        };
+        let fits = |some: &[(u8, f64)]| {
+            let of = |number: u8| some.iter().find(|(known, _)| *known == number);
+            Fits(
+                (1..=33)
+                    .map(|number| of(number).map(|(_, fit)| *fit))
+                    .collect(),
+            )
+        };
+        // Three fair power grasps together are more probable than one tripod, until they are raised to a power.
+        let several = fits(&[(3, 0.2), (1, 0.21), (2, 0.2), (14, 0.4)]);
+        // One reading is sure of 3, the other prefers 1 a little.
+        let [sure, unsure] = [&[(3, 0.9), (1, 0.1)], &[(3, 0.3), (1, 0.7)]].map(|some| fits(some));
+        for (posed, corrected) in [(&several, vec![]), (&sure, vec![&unsure])] {
+            let found = Answer::of(Some(posed), &corrected, steep).unwrap();
+            let plain = Answer::of(Some(posed), &corrected, AS_THEY_ARE).unwrap();
+            let answer = found.best[0];
+            assert_eq!(answer.number, plain.best[0].number);
+            assert_eq!(found.category, plain.category);
+            let most = found.categories.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+            assert_eq!(most.map(|(category, _)| *category), found.category);
+            let own = Taxonomy::feix().types.iter();
+            let mut own = own.filter(|entry| Some(entry.category) == found.category);
+            assert!(
+                own.all(|entry| {
+                    found.types[usize::from(entry.number) - 1].score <= answer.score
+                })
+            );
+            let sum: f64 = found.types.iter().map(|kind| kind.score).sum();
+            assert!((sum - 1.0).abs() < 1e-12, "{sum}");
         }
     }
 

@@ -39,8 +39,13 @@ pub fn explain(label: &Label, rule: &Rule) -> String {
     if let Some(held) = &label.held {
         let _ = writeln!(text, "4 what is held      {}", part(held));
     }
-    for (place, candidate) in label.best.iter().enumerate() {
+    let own = label.of_category().into_iter();
+    let own = own.enumerate().map(|(place, candidate)| {
         let head = if place == 0 { "5 type" } else { "" };
+        (head, candidate)
+    });
+    let rival = label.rival().map(|rival| ("other category", rival));
+    for (head, candidate) in own.chain(rival) {
         let entry = Taxonomy::feix().numbered(candidate.number);
         let (type_name, cell) = entry.map_or(("", ""), |entry| (&entry.name, &entry.cell));
         let _ = writeln!(

@@ -63,7 +63,7 @@ pub struct Candidate {
 pub struct Label {
     /// The outcome.
     pub verdict: Verdict,
-    /// Three types: the answer, then the most probable others; fewer if the hand allows fewer types.
+    /// Three types: the answer, then those that fit best of the others; fewer if the hand allows fewer types.
     pub best: Vec<Candidate>,
     /// The probability of every type, by number; 0 for those that the hand cannot do.
     pub types: Vec<Candidate>,
@@ -87,7 +87,7 @@ pub struct Label {
     pub support: Vec<Evidence>,
     /// What the answer expects and does not find.
     pub objections: Vec<Evidence>,
-    /// What the next type expects and does not find.
+    /// What the next type of the answer's category expects and does not find.
     pub against_next: Vec<Evidence>,
 }
 
@@ -152,7 +152,38 @@ impl Label {
         }
     }
 
-    /// The best types with their probabilities: `Medium Wrap 0.512, Large Diameter 0.274, Power Sphere 0.103`.
+    /// The answer and the two most probable other types of its category, most probable first. The rule chooses the category
+    /// before the type, so that a type of another category may be more probable than the answer ([`Label::rival`]).
+    pub fn of_category(&self) -> Vec<Candidate> {
+        let mut own: Vec<Candidate> = self.types_where(|category| Some(category) == self.category);
+        // The answer stands first among equals.
+        let answer = self.best.first().map(|best| best.number);
+        own.sort_by_key(|candidate| Some(candidate.number) != answer);
+        own.sort_by(|a, b| b.score.total_cmp(&a.score));
+        own.truncate(3);
+        own
+    }
+
+    /// The most probable type of the other categories.
+    pub fn rival(&self) -> Option<Candidate> {
+        let others = self.types_where(|category| Some(category) != self.category);
+        others
+            .into_iter()
+            .rev()
+            .max_by(|a, b| a.score.total_cmp(&b.score))
+    }
+
+    /// The types with a probability whose category is chosen, by number.
+    fn types_where(&self, chosen: impl Fn(Category) -> bool) -> Vec<Candidate> {
+        let types = self.types.iter().copied();
+        let is_chosen = |candidate: &Candidate| {
+            let entry = Taxonomy::feix().numbered(candidate.number);
+            candidate.score > 0.0 && entry.is_some_and(|entry| chosen(entry.category))
+        };
+        types.filter(is_chosen).collect()
+    }
+
+    /// [`Label::of_category`] in words: `Medium Wrap 0.512, Large Diameter 0.274, Power Sphere 0.103`.
     pub fn best_text(&self) -> String {
         let spell = |candidate: &Candidate| {
             let entry = Taxonomy::feix().numbered(candidate.number);
@@ -162,7 +193,8 @@ impl Label {
                 candidate.score
             )
         };
-        self.best.iter().map(spell).collect::<Vec<_>>().join(", ")
+        let own = self.of_category();
+        own.iter().map(spell).collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -313,11 +345,11 @@ fn named(
             evidence(rule, entry, &shown.facts, shown.held.as_ref(), found)
         })
     };
-    Label {
+    let mut label = Label {
         verdict: answer.verdict(rule),
         support: told(answer.best.first(), true),
         objections: told(answer.best.first(), false),
-        against_next: told(answer.best.get(1), false),
+        against_next: Vec::new(),
         best: answer.best,
         types: answer.types,
         fit: answer.fit,
@@ -328,7 +360,9 @@ fn named(
         facts: shown.facts.measured().collect(),
         virtual_fingers: shown.virtual_fingers.clone(),
         held: shown.held.clone(),
-    }
+    };
+    label.against_next = told(label.of_category().get(1), false);
+    label
 }
 
 fn strongest(oppositions: &[(Opposition, f64)]) -> Opposition {

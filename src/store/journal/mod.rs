@@ -99,10 +99,13 @@ impl Journal {
         } else {
             Vec::new()
         };
-        inner
-            .append(&head)
-            .and_then(|()| inner.sync())
-            .map_err(StoreError::io("write", path))?;
+        if let Err(error) = inner.append(&head).and_then(|()| inner.sync()) {
+            if bytes.is_empty() {
+                // On a full disk, a file without a head would be of no use.
+                let _ = std::fs::remove_file(path);
+            }
+            return Err(StoreError::io("write", path)(error));
+        }
         let dropped_bytes = (bytes.len() - length) as u64;
         Ok(Self {
             path: path.to_path_buf(),

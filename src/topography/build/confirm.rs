@@ -13,12 +13,13 @@ const ENOUGH: usize = 4;
 impl LandscapeBuilder<'_> {
     /// Relaxes more chains between the pairs whose chains alone found a connection of the tree.
     pub(super) fn confirm(&mut self) -> Result<(), JournalError> {
-        for _ in 0..self.settings.confirm_rounds {
+        let most = self.settings.confirm_rounds;
+        for round in 0..most {
             let pairs = self.unconfirmed();
             if pairs.is_empty() {
                 break;
             }
-            let tally = self.run.tally(Phase::Confirm, pairs.len());
+            let tally = (self.run).tally_of_round(Phase::Confirm, (round, most), pairs.len());
             // Chains of the next attempt have new random streams.
             for pair in &pairs {
                 *self.tried.entry(*pair).or_insert(0) += 1;

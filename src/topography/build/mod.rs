@@ -230,7 +230,8 @@ impl LandscapeBuilder<'_> {
 
     /// Connects pairs of minima in separate components.
     fn join_components(&mut self) -> Result<(), JournalError> {
-        for _ in 0..self.settings.join_rounds {
+        let most = self.settings.join_rounds;
+        for round in 0..most {
             let component = self.components();
             let pairs = bridges(&self.distances, &component, &|pair| {
                 self.tried.contains_key(&pair) || self.is_settled(pair)
@@ -238,7 +239,7 @@ impl LandscapeBuilder<'_> {
             if pairs.is_empty() {
                 break;
             }
-            let tally = self.run.tally(Phase::Join, pairs.len());
+            let tally = (self.run).tally_of_round(Phase::Join, (round, most), pairs.len());
             self.connect(&pairs, &tally)?;
         }
         Ok(())
@@ -246,12 +247,13 @@ impl LandscapeBuilder<'_> {
 
     /// Retries the connections that decide the tree if their evidence is a chain or worse.
     fn retry_upper_bounds(&mut self) -> Result<(), JournalError> {
-        for _ in 0..self.settings.retry_rounds {
+        let most = self.settings.retry_rounds;
+        for round in 0..most {
             let pairs = self.unsure();
             if pairs.is_empty() {
                 break;
             }
-            let tally = self.run.tally(Phase::Retry, pairs.len());
+            let tally = (self.run).tally_of_round(Phase::Retry, (round, most), pairs.len());
             self.connect(&pairs, &tally)?;
         }
         Ok(())

@@ -18,7 +18,7 @@ impl LandscapeBuilder<'_> {
         }
         let mut pairs = candidates(&self.distances, settings.neighbours);
         pairs.retain(|pair| !self.is_settled(*pair));
-        let tally = self.run.tally(Phase::Connect, pairs.len());
+        let tally = self.run.tally(Phase::Ripple, pairs.len());
         for batch in growing(&pairs, settings.batch) {
             let known = Tree::from_network(&self.network(), Evidence::Path);
             let open: Vec<_> = (batch.iter().copied())

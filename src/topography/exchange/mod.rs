@@ -33,7 +33,7 @@ pub use curvatures::curvatures;
 use petgraph::graph::NodeIndex;
 use petgraph::visit::EdgeRef;
 pub use points::{PointsError, counted_points, points, points_of_text, read_points};
-pub use read::{ExchangeError, Layout, Reading};
+pub use read::{ExchangeError, Layout, NO_TRANSITION_STATES, Reading};
 
 use super::network::{Edge, Evidence, Minimum, Network};
 use super::search::Exploration;

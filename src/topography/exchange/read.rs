@@ -30,7 +30,7 @@ impl Layout {
 pub enum ExchangeError {
     /// A line has a number of columns that no layout has.
     #[error(
-        "{file}, line {line}: it has {found} fields, but a line has {} or more (PATHSAMPLE) or {} (topsearch)",
+        "{file}, line {line}: it has {found} fields, but a line has {} or more (PATHSAMPLE) or {} (topsearch){cause}",
         .expected[0],
         .expected[1]
     )]
@@ -43,6 +43,8 @@ pub enum ExchangeError {
         found: usize,
         /// Number of fields in the layouts of PATHSAMPLE and topsearch.
         expected: [usize; 2],
+        /// The likely cause and what to do, after a semicolon; empty if it is unknown.
+        cause: String,
     },
     /// A line has another layout than the first line of `min.data`.
     #[error(
@@ -63,7 +65,7 @@ pub enum ExchangeError {
         first: Layout,
     },
     /// A field has an invalid value.
-    #[error("{file}, line {line}, field {field}: `{text}` is not {expected}")]
+    #[error("{file}, line {line}, field {field}: `{text}` is not {expected}{cause}")]
     Field {
         /// `min.data` or `ts.data`.
         file: &'static str,
@@ -75,6 +77,8 @@ pub enum ExchangeError {
         text: String,
         /// Description of a valid value.
         expected: &'static str,
+        /// The likely cause and what to do, after a semicolon; empty if it is unknown.
+        cause: String,
     },
     /// The number of a minimum occurs twice.
     #[error("{file}, line {line}, field {field}: minimum {number} is already on line {first}")]
@@ -135,6 +139,10 @@ pub enum ExchangeError {
     Empty(&'static str),
 }
 
+/// What is to be known of `min.data` without `ts.data`, which a search writes that has found no transition state yet.
+pub const NO_TRANSITION_STATES: &str =
+    "there is no ts.data, so no minimum is joined to another one, and each is a tree of its own";
+
 const MINIMA: &str = "min.data";
 const STATES: &str = "ts.data";
 
@@ -145,9 +153,58 @@ const ROUNDING: f64 = 1e-9;
 /// looks rounded. topsearch writes five.
 const DECIMALS: i32 = 3;
 
+/// A number of Fortran as Rust spells it, in small letters. Fortran writes `D` for `E`, and no letter at all before an exponent
+/// of three digits (`0.12-103`); its mantissa is then less than 10.
+fn rust_number(text: &str) -> String {
+    let text = text.to_ascii_lowercase().replace('d', "e");
+    let sign = text.rfind(['-', '+']).filter(|at| *at > 0);
+    let bare = sign
+        .map(|at| text.split_at(at))
+        .filter(|(mantissa, exponent)| {
+            let digits = &exponent[1..];
+            digits.len() == 3
+                && digits.bytes().all(|digit| digit.is_ascii_digit())
+                && mantissa.contains('.')
+                && mantissa.parse().is_ok_and(|value: f64| value.abs() < 10.0)
+        });
+    match bare {
+        Some((mantissa, exponent)) => format!("{mantissa}e{exponent}"),
+        None => text,
+    }
+}
+
+/// Why a field is no number, and what to do: the two ways in which Fortran fills a field that is too narrow.
+fn cause_of(field: &str) -> Option<String> {
+    let is_mark = |text: &str, at: usize| {
+        let before = text[..at].bytes().next_back();
+        let digit = before.is_some_and(|byte| byte.is_ascii_digit() || byte == b'.');
+        digit && text[at..].starts_with(['-', '+'])
+    };
+    let lower = field.to_ascii_lowercase();
+    let joined = (1..lower.len())
+        .filter(|at| lower.is_char_boundary(*at) && is_mark(&lower, *at))
+        .any(|at| {
+            [&lower[..at], &lower[at..]]
+                .iter()
+                .all(|part| part.contains('.'))
+        });
+    let numeric = lower
+        .bytes()
+        .all(|byte| byte.is_ascii_digit() || b".+-ed".contains(&byte));
+    if numeric && (joined || lower.matches('.').count() > 1) {
+        return Some(format!(
+            "`{field}` is two numbers without a space between them, because a field of Fortran was too narrow; write a space \
+             between them"
+        ));
+    }
+    (!field.is_empty() && field.bytes().all(|byte| byte == b'*')).then(|| {
+        "Fortran writes stars for a number that is too long for its field; write the file again with wider fields".to_owned()
+    })
+}
+
 /// The unit of the last digit of a number, such as 10⁻⁵ for `-1.03163`; 0 if it has few decimals.
 fn last_digit(number: &str) -> f64 {
-    let number = number.to_ascii_lowercase().replace('d', "e");
+    let number = rust_number(number);
     let (digits, exponent) = number.split_once('e').unwrap_or((&number, "0"));
     let decimals = digits.split_once('.').map_or(0, |(_, decimals)| {
         i32::try_from(decimals.len()).unwrap_or(i32::MAX)
@@ -181,7 +238,8 @@ impl Database {
         Ok((read.database, read.layout))
     }
 
-    /// Reads `min.data` and `ts.data` in either layout. Empty lines are skipped; Fortran exponents (`1.5D-3`) are read.
+    /// Reads `min.data` and `ts.data` in either layout. Empty lines are skipped; Fortran exponents (`1.5D-3`,
+    /// `0.15-103`) are read.
     /// Columns beyond those of PATHSAMPLE's layout are ignored. A transition state that lies below a minimum by at most
     /// 10⁻⁹ of the range of all energies, or by one unit of its last digit where it has three decimals or more, is raised to
     /// it. Rows that hold the placeholders have no vibrational data.
@@ -300,11 +358,13 @@ impl Line<'_> {
         } else if found == expected[1] {
             Layout::Topsearch
         } else {
+            let cause = self.fields.iter().find_map(|field| cause_of(field));
             return Err(ExchangeError::Fields {
                 file,
                 line,
                 found,
                 expected,
+                cause: cause.map_or(String::new(), |cause| format!("; {cause}")),
             });
         };
         let first = *first.get_or_insert(layout);
@@ -328,12 +388,15 @@ impl Line<'_> {
             field: field + 1,
             text: self.fields[field].to_owned(),
             expected,
+            cause: cause_of(self.fields[field]).map_or(String::new(), |cause| format!("; {cause}")),
         }
     }
 
     fn number(&self, field: usize) -> Result<f64, ExchangeError> {
-        let text = self.fields[field].replace(['D', 'd'], "e");
-        let number = text.parse().ok().filter(|number: &f64| number.is_finite());
+        let number = rust_number(self.fields[field])
+            .parse()
+            .ok()
+            .filter(|number: &f64| number.is_finite());
         number.ok_or_else(|| self.wrong(field, "a finite number"))
     }
 

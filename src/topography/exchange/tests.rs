@@ -148,6 +148,70 @@ fn what_does_not_fit_is_told() {
     }
 }
 
+/// Fortran leaves the letter out before an exponent of three digits.
+#[test]
+fn exponents_of_three_digits_without_a_letter_are_read() {
+    for (text, value) in [
+        ("0.12-103", 0.12e-103),
+        ("-9.5+101", -9.5e101),
+        ("1.5D-3", 1.5e-3),
+        ("0.7E+02", 70.0),
+        ("0.1-400", 0.0),
+    ] {
+        let minima = format!("-10.0 {text} 1 1.0 2.0 3.0\n");
+        let read = Database::read(&minima, "").unwrap();
+        let known = read.database.minima[0].vibrations.unwrap();
+        assert_eq!(known.log_product.to_bits(), f64::to_bits(value), "{text}");
+    }
+    let error = Database::read("-10.0 0.1+400 1 1.0 2.0 3.0\n", "").unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("field 2: `0.1+400` is not a finite number"),
+        "{error}"
+    );
+}
+
+/// Fortran fills a field that is too narrow with the next number or with stars.
+#[test]
+fn narrow_fields_of_fortran_are_named() {
+    let rest = "1 1.0 2.0 3.0\n";
+    for (minima, place, cause) in [
+        (
+            format!("-12.3000-4.5000 {rest}"),
+            "min.data, line 1: it has 5 fields",
+            "`-12.3000-4.5000` is two numbers without a space",
+        ),
+        (
+            format!("-12.3000-4.5000 5.0 {rest}"),
+            "min.data, line 1, field 1",
+            "is two numbers without a space",
+        ),
+        (
+            format!("112.300004.50000 {rest}"),
+            "min.data, line 1: it has 5 fields",
+            "`112.300004.50000` is two numbers without a space",
+        ),
+        (
+            format!("-1.0 5.0 {rest}******** 5.0 {rest}"),
+            "min.data, line 2, field 1",
+            "Fortran writes stars",
+        ),
+    ] {
+        let said = Database::read(&minima, "").unwrap_err().to_string();
+        assert!(said.starts_with(place) && said.contains(cause), "{said}");
+    }
+    // Other mistakes are not explained in this way.
+    for minima in [
+        "1.0 2.0 3.0\n",
+        "-x 5.0 1 1.0 2.0 3.0\n",
+        "1e5 -2..3 1 1.0 2.0 3.0\n",
+    ] {
+        let said = Database::read(minima, "").unwrap_err().to_string();
+        assert!(!said.contains("stars"), "{said}");
+    }
+}
+
 /// PATHSAMPLE's keyword IMFRQ writes a ninth column.
 #[test]
 fn further_columns_are_ignored_and_told() {
