@@ -196,7 +196,7 @@ impl HillNumbers {
     ///
     /// r: ratio; s, s′: standard deviations of the logarithms over the resamplings of the samples of n and n′ members; n*:
     /// [`Ratio::members_needed`], because a variance falls as one over the number of members. The interval covers the
-    /// ratio of the expected numbers in 93 to 97 % of 400 simulated pairs of samples of 80 and 120 members, and four of five
+    /// ratio of the expected numbers in 93 to 98 % of 400 simulated pairs of samples of 80 and 120 members, and four of five
     /// samples of n* members show a planted ratio (tests).
     ///
     /// # Panics

@@ -59,7 +59,7 @@ fn planted_grasps_have_the_types_and_contacts_that_were_planted() {
             answer,
             "wide.parquet has no map, so families are left out; `landscape build wide.parquet` makes one",
             "narrow.parquet (48 grasps)",
-            "ratio of the first to the second",
+            "| wide.parquet to narrow.parquet |",
             "all 48 grasps of narrow.parquet are of one kind by types",
             "each set also depends on how its grasps were drawn",
             "For a paper: By Hill numbers of order 1",

@@ -197,6 +197,15 @@ impl DiversityComparison {
         )
     }
 
+    /// Of two sets, the one whose ratio to the other has a column of its own, and the other: that of the answer first.
+    fn beside(&self) -> Option<[usize; 2]> {
+        let pairs = (self.measures.iter()).filter_map(|measure| measure.pair(measure.told_order()));
+        let first = pairs
+            .filter(|_| self.names.len() == 2)
+            .min_by_key(|pair| !pair.ratio.differs());
+        first.map(|pair| [pair.more, pair.less])
+    }
+
     /// A sentence with all numbers of the comparison at order 1, to be copied; `None` if nothing is compared.
     pub fn sentence(&self) -> Option<String> {
         let compared: Vec<&Measure> = self
@@ -262,8 +271,10 @@ impl DiversityComparison {
         let mut text = format!("# Diversity of {}\n\n{}\n\n", listed(&sizes), self.answer());
         let mut rows = vec![["effective number of", "order"].map(str::to_owned).to_vec()];
         rows[0].extend(self.names.iter().cloned());
-        let two = self.names.len() == 2;
-        rows[0].extend(two.then(|| "ratio of the first to the second".to_owned()));
+        let beside = self.beside();
+        rows[0].extend(
+            beside.map(|[one, other]| format!("{} to {}", self.names[one], self.names[other])),
+        );
         for measure in &self.measures {
             for order in 0..3 {
                 let what = format!("{}, of {} grasps", measure.of.name(), measure.grasps);
@@ -277,12 +288,13 @@ impl DiversityComparison {
                     let mark = if highest { "**" } else { "" };
                     format!("{mark}{}{mark}", bracketed(&orders[order]))
                 }));
-                if two {
-                    let ratio = measure.ratio([0, 1]).map(|orders| shown(&orders[order]));
-                    let bracketed =
-                        ratio.map(|[value, low, high]| format!("{value} [{low}, {high}]"));
-                    row.push(bracketed.unwrap_or_else(|| "–".to_owned()));
-                }
+                row.extend(beside.map(|sets| match measure.ratio(sets) {
+                    Some(orders) => {
+                        let [value, low, high] = shown(&orders[order]);
+                        format!("{value} [{low}, {high}]")
+                    }
+                    None => "–".to_owned(),
+                }));
                 rows.push(row);
             }
         }
