@@ -309,7 +309,7 @@ fn span_other_levels(measure: &mut Measure, sets: &[DiversitySet], settings: &Di
         })
         .collect();
     for level in 0..OTHER_LEVELS.len() {
-        let at_level = |(set, own): (&'_ DiversitySet, &'_ Option<Vec<usize>>)| {
+        let at_level = |(set, own): (&DiversitySet, &Option<Vec<usize>>)| {
             let other = set.families_at_other_levels.get(level);
             own.as_ref().map(|own| other.unwrap_or(own).clone())
         };
