@@ -1,6 +1,6 @@
 //! Exact signed distance to a mesh. Filters, reports and the baking of fields use it.
 //!
-//! Only this module uses parry, whose vectors are not nalgebra's.
+//! Only this module and the tree of boxes use parry, whose vectors are not nalgebra's.
 
 use nalgebra::Vector3;
 use parry3d_f64::bounding_volume::Aabb;
@@ -121,6 +121,15 @@ impl ExactMesh {
             point: nearest,
             normal,
         })
+    }
+
+    /// Unsigned distance of `point` from the surface, metres. It costs less than the signed one.
+    ///
+    /// # Panics
+    /// If `point` is not finite.
+    pub(crate) fn gap(&self, point: &Vector3<f64>) -> f64 {
+        self.gap_within(point, f64::MAX)
+            .expect("a finite point has a nearest point on a mesh")
     }
 
     /// Unsigned distance of `point` from the surface if it is less than `reach_m`.
@@ -313,7 +322,7 @@ pub(crate) fn signed_volume(mesh: &Mesh, triangles: &[[u32; 3]]) -> f64 {
         .sum()
 }
 
-fn to_parry(v: &Vector3<f64>) -> ParryVector {
+pub(super) fn to_parry(v: &Vector3<f64>) -> ParryVector {
     ParryVector::new(v.x, v.y, v.z)
 }
 

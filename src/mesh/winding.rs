@@ -136,6 +136,13 @@ impl Winding {
         self.nodes.first().is_some_and(near)
     }
 
+    /// Lowest and highest corner of a box about that ball.
+    pub(super) fn bounds(&self) -> [Vector3<f64>; 2] {
+        let ball = self.nodes.first();
+        let (centre, radius) = ball.map_or((Vector3::zeros(), 0.0), |all| (all.centre, all.radius));
+        [centre.add_scalar(-radius), centre.add_scalar(radius)]
+    }
+
     /// Solid angle of the triangles of a node. From afar it is d·r/r³ + (tr M − 3 r·M r/r²)/r³, where d is their dipole, M
     /// their moment about the centre, and r the vector from the point to the centre.
     fn angle(&self, node: usize, point: &Vector3<f64>) -> f64 {
