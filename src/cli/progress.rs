@@ -134,7 +134,7 @@ impl Drop for Lines {
 }
 
 /// A line such as `chains: 12 of 64 in 3 minutes`.
-fn line(bar: &ProgressBar) -> String {
+pub(super) fn line(bar: &ProgressBar) -> String {
     let elapsed = HumanDuration(bar.elapsed());
     match bar.length() {
         Some(total @ 1..) => {

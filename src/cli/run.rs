@@ -275,8 +275,13 @@ impl Watch {
                 old.finish_and_clear();
             }
             let what = news.phase.name();
-            explain(|| format!("{what}: {total} tasks"));
-            *bar = Some((news.phase, progress::bar(what, total, self.quiet)));
+            let shown = if total == 0 {
+                progress::spinner(what, self.quiet)
+            } else {
+                explain(|| format!("{what}: {total} tasks"));
+                progress::bar(what, total, self.quiet)
+            };
+            *bar = Some((news.phase, shown));
         }
         if let Some((_, bar)) = bar.as_ref() {
             bar.set_length(total);
@@ -350,5 +355,25 @@ mod tests {
             see(phase, done, total);
             assert_eq!(state(), (phase.name().to_owned(), 0, Some(8)));
         }
+    }
+    /// Cutting an object has no count; a bar of 0 would look like no progress.
+    #[test]
+    fn work_without_a_count_shows_its_time() {
+        let watch = Watch::new(true);
+        let see = |phase, done, total| watch.see(Progress { phase, done, total });
+        let shown = || {
+            let bar = watch.bar.lock().unwrap();
+            progress::line(&bar.as_ref().unwrap().1)
+        };
+        see(Phase::Simulate, 0, 21);
+        see(Phase::Cut, 0, 0);
+        let line = shown();
+        assert!(
+            line.starts_with("cutting the object into convex pieces, the first time only: ")
+                && line.ends_with("so far"),
+            "{line}"
+        );
+        see(Phase::Simulate, 1, 21);
+        assert!(shown().starts_with("grasps: 1 of 21 in "));
     }
 }

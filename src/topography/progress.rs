@@ -32,6 +32,8 @@ pub enum Phase {
     Confirm,
     /// Synthesizing grasps.
     Synthesize,
+    /// Cutting an object into convex pieces, whose number is not known before.
+    Cut,
     /// Simulating grasps.
     Simulate,
     /// Labelling grasps.
@@ -57,6 +59,7 @@ impl Phase {
             Self::Confirm => "confirming merges",
             Self::Search => "searching saddles",
             Self::Synthesize => "chains",
+            Self::Cut => "cutting the object into convex pieces, the first time only",
             Self::Simulate | Self::Label | Self::Judge => "grasps",
             Self::Hop | Self::Pairs => "searching",
             Self::Survey => "populations",
@@ -71,7 +74,7 @@ pub struct Progress {
     pub phase: Phase,
     /// Tasks finished, in whatever order.
     pub done: usize,
-    /// Tasks of this phase known so far.
+    /// Tasks of this phase known so far; 0 for work that is not counted.
     pub total: usize,
 }
 
