@@ -62,6 +62,8 @@ pub mod sample;
 pub mod space;
 
 #[cfg(feature = "grasp")]
+pub mod cache;
+#[cfg(feature = "grasp")]
 pub mod evaluation;
 #[cfg(feature = "figure")]
 pub mod figure;

@@ -10,6 +10,7 @@ use serde_json::json;
 use super::args::{Common, HandAndObject};
 use super::input;
 use super::output::{check_file, check_folder, make_folder};
+use super::run::Watch;
 use crate::cli::printing::{complain, print_json};
 use crate::figure::Scene;
 use crate::grasp::Grasp;
@@ -155,7 +156,7 @@ pub(super) fn run(command: &Export, common: &Common) -> anyhow::Result<()> {
     let chosen = |grasp: &&GraspRow| command.grasp.is_empty() || command.grasp.contains(&grasp.id);
     let grasps: Vec<&GraspRow> = file.grasps.iter().filter(chosen).collect();
     let written = if format.folder().is_some() {
-        let files = files(format, &file, &grasps)?;
+        let files = files(format, &file, &grasps, common.quiet)?;
         write_files(command, files, &output, folder.is_none())?
     } else {
         write_atomic(&output, &bytes(format, &file, &grasps, &output)?)?;
@@ -344,6 +345,7 @@ fn files(
     format: ExportFormat,
     file: &GraspFile,
     grasps: &[&GraspRow],
+    quiet: bool,
 ) -> anyhow::Result<Vec<ExportedFile>> {
     match format {
         ExportFormat::Mujoco => {
@@ -358,7 +360,10 @@ fn files(
                 six: squeezing_test(&file.metadata),
                 grasps: rows.iter().map(|row| (row.id, &row.grasp)).collect(),
             };
-            Ok(scene.files()?)
+            let watch = Watch::new(quiet);
+            let files = scene.files(&|news| watch.see(news));
+            watch.clear();
+            Ok(files?)
         }
         ExportFormat::Urdf => {
             let hand = one_hand(file, grasps)?.build_matching()?;

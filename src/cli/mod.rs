@@ -14,6 +14,7 @@ use crate::printable::printable;
 
 mod args;
 mod build;
+mod cache;
 mod compare;
 mod config;
 mod diff;
@@ -124,6 +125,9 @@ enum Command {
     /// Write grasps for other programs: tables, DexGraspNet, MuJoCo, glTF scenes
     #[command(after_help = export::EXAMPLES)]
     Export(export::Export),
+    /// Show where fields and cut objects are kept between runs, or remove them
+    #[command(after_help = cache::EXAMPLES)]
+    Cache(cache::CacheOf),
     /// Print the script with which a shell completes this command line
     #[command(after_help = manuals::COMPLETIONS)]
     Completions(manuals::Completions),
@@ -335,6 +339,7 @@ fn dispatch(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Import(command) => import::run(command, common),
         Command::Status(command) => status::run(command, common),
         Command::Export(command) => export::run(command, common),
+        Command::Cache(command) => cache::run(command, common),
         Command::Completions(command) => manuals::completions(command, definition(), common),
         Command::Man(command) => manuals::man(command, &definition(), common),
     }

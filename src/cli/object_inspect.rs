@@ -60,7 +60,9 @@ Shapes (TOML; metres; a union of all parts):
   sphere = { centre = [0, 0, 0.06], radius_m = 0.025 }
   [[parts]]
   cuboid = { centre = [0, 0, -0.06], half_extents = [0.02, 0.02, 0.015], edge_radius_m = 0.003 }
-There is also capsule = { a = […], b = […], radius_m = … }.";
+There is also capsule = { a = […], b = […], radius_m = … }.
+
+The smooth field is kept between runs; `landscape cache` says where, and empties that folder.";
 
 /// Side of each image, pixels.
 const SIDE: u32 = 420;

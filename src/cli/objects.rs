@@ -76,7 +76,7 @@ Examples:
 
 The network is the decoder of DeepSDF: its distances are negative inside, and its shapes are scaled into a ball of
 radius 1. The zero level set becomes a closed mesh, from which a smooth field is made; a network of rectifiers has no
-curvature of its own. The field is kept in the cache folder of the system. Checkpoints of torch (.pth) are converted by
+curvature of its own. The field is kept between runs (see `landscape cache`). Checkpoints of torch (.pth) are converted by
 the script in docs/neural_objects.md.";
 
 pub(super) fn run(command: &ObjectsCommand, common: &Common) -> anyhow::Result<()> {

@@ -141,7 +141,7 @@ impl Drop for Lines {
 }
 
 /// A line such as `chains: 12 of 64 in 3 min 10 s, about 13 min 43 s left`.
-fn line(bar: &ProgressBar) -> String {
+pub(super) fn line(bar: &ProgressBar) -> String {
     let elapsed = bar.elapsed();
     match bar.length() {
         Some(total @ 1..) => {

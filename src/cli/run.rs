@@ -296,8 +296,13 @@ impl Watch {
                 }
                 _ => news.phase.name().to_owned(),
             };
-            explain(|| format!("{what}: {}", counted(news.total, "task")));
-            *bar = Some((stage, progress::bar(&what, total, self.quiet)));
+            let shown = if total == 0 {
+                progress::spinner(&what, self.quiet)
+            } else {
+                explain(|| format!("{what}: {}", counted(news.total, "task")));
+                progress::bar(&what, total, self.quiet)
+            };
+            *bar = Some((stage, shown));
         }
         if let Some((_, bar)) = bar.as_ref() {
             bar.set_length(total);
@@ -400,5 +405,33 @@ mod tests {
             let bar = watch.bar.lock().unwrap();
             assert_eq!(bar.as_ref().unwrap().1.message(), message);
         }
+    }
+
+    /// Cutting an object has no count; a bar of 0 would look like no progress.
+    #[test]
+    fn work_without_a_count_shows_its_time() {
+        let watch = Watch::new(true);
+        let see = |phase, done, total| {
+            watch.see(Progress {
+                phase,
+                done,
+                total,
+                round: None,
+            });
+        };
+        let shown = || {
+            let bar = watch.bar.lock().unwrap();
+            progress::line(&bar.as_ref().unwrap().1)
+        };
+        see(Phase::Simulate, 0, 21);
+        see(Phase::Cut, 0, 0);
+        let line = shown();
+        assert!(
+            line.starts_with("cutting the object into convex pieces, the first time only: ")
+                && line.ends_with("so far"),
+            "{line}"
+        );
+        see(Phase::Simulate, 1, 21);
+        assert!(shown().starts_with("grasps: 1 of 21 in "));
     }
 }

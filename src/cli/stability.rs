@@ -13,7 +13,7 @@ use super::output::check_file;
 use super::run::{Watch, end_worker, journal_beside, open_journal, open_worker, stoppable};
 use super::workers::Share;
 use crate::cli::printing::{complain, explain, print, print_json};
-use crate::evaluation::stability::{Drop, Protocol, SixDirections};
+use crate::evaluation::stability::{Drop, Fit, Protocol, SixDirections};
 use crate::printable::counted;
 use crate::study::{ObjectFit, Run, Simulation, simulate_all, simulation_fingerprint, tally};
 
@@ -179,6 +179,7 @@ fn value(found: &Simulation, protocol: &Protocol, output: &Path) -> Value {
         "objects": found.fits,
         "protocol": protocol,
         "seconds": found.seconds,
+        "preparation_seconds": found.preparation_seconds,
         "wrote": [output],
     })
 }
@@ -196,20 +197,105 @@ fn summary(found: &Simulation) -> String {
         let _ = writeln!(text, "  {reason}: {count}");
     }
     for ObjectFit { object, fit, .. } in &found.fits {
-        let _ = writeln!(
+        let _ = writeln!(text, "{object}: {}", fitted(fit));
+    }
+    let _ = writeln!(text, "{}", taken(found));
+    text
+}
+
+/// How an object is simulated, and how far that is from its mesh.
+fn fitted(fit: &Fit) -> String {
+    // Rounded first, so that no 0.0 mm are filled and no 0.0 % are too much.
+    let percent = (1e3 * fit.volume_error.abs()).round() / 10.0;
+    let millimetres = |length_m: f64| (1e4 * length_m).round() / 10.0;
+    let mut parts = vec![format!(
+        "simulated as {}",
+        counted(fit.pieces, "convex piece")
+    )];
+    if percent > 0.0 {
+        let amount = if fit.volume_error > 0.0 {
+            "too much"
+        } else {
+            "too little"
+        };
+        parts.push(format!("{percent:.1} % {amount} volume"));
+    }
+    parts.push(match millimetres(fit.filled_m) {
+        filled if filled > 0.0 => format!("hollows filled by up to {filled:.1} mm"),
+        _ => "no hollows filled".to_owned(),
+    });
+    parts.push(match millimetres(fit.cut_m) {
+        cut if cut > 0.0 => format!("up to {cut:.1} mm cut off"),
+        _ => "nothing cut off".to_owned(),
+    });
+    let first = parts.remove(0);
+    format!("{first}: {}", parts.join(", "))
+}
+
+/// The time that a simulation took, and the time before it if that was not short.
+fn taken(found: &Simulation) -> String {
+    let seconds = |seconds: f64| {
+        if seconds < 10.0 {
+            format!("{seconds:.1} s")
+        } else {
+            format!("{seconds:.0} s")
+        }
+    };
+    let grasps = counted(found.outcomes.len(), "grasp");
+    let mut text = format!("{grasps} in {}", seconds(found.seconds));
+    if found.preparation_seconds >= 1.0 {
+        let _ = write!(
             text,
-            "{object}: {}, volume {:+.1} %, surface between {:.2} mm filled and {:.2} mm cut off",
-            counted(fit.pieces, "convex piece"),
-            // Rounded first, so that no −0.0 is printed.
-            (1000.0 * fit.volume_error).round() / 10.0 + 0.0,
-            1e3 * fit.filled_m,
-            1e3 * fit.cut_m,
+            ", after {} of preparation",
+            seconds(found.preparation_seconds)
         );
     }
-    let _ = writeln!(
-        text,
-        "{:.1} grasps a second",
-        total as f64 / found.seconds.max(1e-9)
-    );
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pieces_are_told_in_words() {
+        let fit = |volume_error: f64, filled_m: f64, cut_m: f64| Fit {
+            pieces: 43,
+            volume_error,
+            filled_m,
+            cut_m,
+        };
+        assert_eq!(
+            fitted(&fit(0.1183, 3.09e-3, 1e-6)),
+            "simulated as 43 convex pieces: 11.8 % too much volume, hollows filled by up to 3.1 mm, nothing cut off"
+        );
+        assert_eq!(
+            fitted(&fit(-0.0002, 0.0, 2.26e-3)),
+            "simulated as 43 convex pieces: no hollows filled, up to 2.3 mm cut off"
+        );
+        let one = Fit {
+            pieces: 1,
+            ..fit(-0.01, 0.0, -1e-9)
+        };
+        assert_eq!(
+            fitted(&one),
+            "simulated as 1 convex piece: 1.0 % too little volume, no hollows filled, nothing cut off"
+        );
+    }
+
+    #[test]
+    fn preparation_is_told_apart() {
+        let mut found = Simulation {
+            outcomes: Vec::new(),
+            fits: Vec::new(),
+            seconds: 5.42,
+            preparation_seconds: 57.3,
+        };
+        assert_eq!(
+            taken(&found),
+            "0 grasps in 5.4 s, after 57 s of preparation"
+        );
+        found.preparation_seconds = 0.2;
+        assert_eq!(taken(&found), "0 grasps in 5.4 s");
+    }
 }

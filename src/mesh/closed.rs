@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
+use rayon::prelude::*;
 
 use crate::limits::{GRASP_POSITION, Limit, MESH_COORDINATE, MESH_SIZE, OBJECT_SIZE};
 
@@ -112,13 +113,14 @@ impl Mesh {
             union: None,
         };
         mesh.drop_degenerate();
-        if mesh.seams() != Seams::default() {
+        let mut seams = mesh.seams();
+        if seams != Seams::default() {
             mesh.merge_coincident();
+            seams = mesh.seams();
         }
         if mesh.triangles.is_empty() {
             return Err(MeshError::NoTriangles(name()));
         }
-        let seams = mesh.seams();
         if seams.open > 0 {
             return Err(MeshError::Open {
                 name: name(),
@@ -185,16 +187,19 @@ impl Mesh {
         let (vertices, triangles) = self.boundary();
         let winding = Winding::new(vertices, triangles);
         let reach = OUTSIDE * self.size_m();
-        let (mut buried, mut all) = (0.0, 0.0);
-        for triangle in triangles {
+        // Area of a triangle and whether it is buried.
+        let judged = |triangle: &[u32; 3]| {
             let [a, b, c] = triangle.map(|vertex| vertices[vertex as usize]);
             let cross = (b - a).cross(&(c - a));
-            let Some(normal) = cross.try_normalize(f64::MIN_POSITIVE) else {
-                continue;
-            };
-            let area = cross.norm() / 2.0;
+            let normal = cross.try_normalize(f64::MIN_POSITIVE)?;
+            let outside = (a + b + c) / 3.0 + normal * reach;
+            Some((cross.norm() / 2.0, winding.surrounds(&outside)))
+        };
+        let judged: Vec<Option<(f64, bool)>> = triangles.par_iter().map(judged).collect();
+        let (mut buried, mut all) = (0.0, 0.0);
+        for (area, is_buried) in judged.into_iter().flatten() {
             all += area;
-            if winding.surrounds(&((a + b + c) / 3.0 + normal * reach)) {
+            if is_buried {
                 buried += area;
             }
         }
@@ -316,19 +321,17 @@ impl Mesh {
     }
 
     fn seams(&self) -> Seams {
-        // Per undirected edge: the number of uses, and the number of upward uses minus downward uses.
-        let mut uses: BTreeMap<[u32; 2], (u32, i32)> = BTreeMap::new();
-        for &[a, b, c] in &self.triangles {
-            for [from, to] in [[a, b], [b, c], [c, a]] {
-                let entry = uses.entry([from.min(to), from.max(to)]).or_default();
-                entry.0 += 1;
-                entry.1 += if from < to { 1 } else { -1 };
-            }
-        }
+        // Uses of undirected edges; `true` is upward.
+        let uses = |&[a, b, c]: &[u32; 3]| {
+            [[a, b], [b, c], [c, a]].map(|[from, to]| ([from.min(to), from.max(to)], from < to))
+        };
+        let mut uses: Vec<([u32; 2], bool)> = self.triangles.iter().flat_map(uses).collect();
+        uses.par_sort_unstable();
         let mut seams = Seams::default();
-        for (total, balance) in uses.into_values() {
-            seams.open += usize::from(total % 2 == 1);
-            seams.flipped += usize::from(total % 2 == 0 && balance != 0);
+        for uses in uses.chunk_by(|(one, _), (two, _)| one == two) {
+            let upward = uses.iter().filter(|(_, up)| *up).count();
+            seams.open += uses.len() % 2;
+            seams.flipped += usize::from(uses.len() % 2 == 0 && 2 * upward != uses.len());
         }
         seams
     }

@@ -1,6 +1,6 @@
 //! Exact signed distance to a mesh. Filters, reports and the baking of fields use it.
 //!
-//! Only this module uses parry, whose vectors are not nalgebra's.
+//! Only this module and the trees use parry, whose vectors are not nalgebra's.
 
 use nalgebra::Vector3;
 use parry3d_f64::bounding_volume::Aabb;
@@ -123,7 +123,16 @@ impl ExactMesh {
         })
     }
 
-    /// Unsigned distance of `point` from the surface if it is less than `reach_m`.
+    /// Unsigned distance of `point` from the surface, metres. It costs less than the signed one.
+    ///
+    /// # Panics
+    /// If `point` is not finite.
+    pub(crate) fn gap(&self, point: &Vector3<f64>) -> f64 {
+        self.gap_within(point, f64::MAX)
+            .expect("a finite point has a nearest point on a mesh")
+    }
+
+    /// Unsigned distance of `point` from the surface if it is less than `reach_m`. It is fast if `reach_m` is short.
     pub(crate) fn gap_within(&self, point: &Vector3<f64>, reach_m: f64) -> Option<f64> {
         let query = to_parry(point);
         let (projection, _) = self
@@ -131,6 +140,17 @@ impl ExactMesh {
             .0
             .project_local_point_and_get_location_with_max_dist(query, false, reach_m)?;
         Some((point - from_parry(projection.point)).norm())
+    }
+
+    /// Unsigned distance of `point` from the surface, metres, and the number of the nearest triangle for
+    /// [`ExactMesh::gap_to_face`], if it is less than `reach_m`. It is fast also for points far from a fine mesh.
+    pub(crate) fn face_within(&self, point: &Vector3<f64>, reach_m: f64) -> Option<(f64, usize)> {
+        self.winding.nearest_within(point, reach_m)
+    }
+
+    /// Distance of `point` from a triangle of the surface, metres.
+    pub(crate) fn gap_to_face(&self, point: &Vector3<f64>, face: usize) -> f64 {
+        self.winding.distance_to(face, point)
     }
 
     /// Whether `point` lies inside the solid.
@@ -313,7 +333,7 @@ pub(crate) fn signed_volume(mesh: &Mesh, triangles: &[[u32; 3]]) -> f64 {
         .sum()
 }
 
-fn to_parry(v: &Vector3<f64>) -> ParryVector {
+pub(super) fn to_parry(v: &Vector3<f64>) -> ParryVector {
     ParryVector::new(v.x, v.y, v.z)
 }
 

@@ -6,11 +6,13 @@
 //! they are known.
 
 use std::f64::consts::FRAC_PI_4;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::Mesh;
+use super::box_tree::BoxTree;
 use super::winding::Winding;
 use crate::formats::Triangles;
 
@@ -82,9 +84,12 @@ pub(super) fn united(
             .collect(),
     };
     // The winding number of a closed piece is zero outside its bounding ball.
+    let balls = BoxTree::new(windings.iter().map(Winding::bounds));
     let winding = |point: &Vector3<f64>| -> f64 {
-        let near = windings.iter().filter(|piece| piece.reaches(point));
-        near.map(|piece| piece.at(point)).sum()
+        let near = balls.near(point, point, size * ON_PLANE).into_iter();
+        let near = near.map(|piece| &windings[piece]);
+        let reaching = near.filter(|piece| piece.reaches(point));
+        reaching.map(|piece| piece.at(point)).sum()
     };
     let inside = |point: &Vector3<f64>| match solids {
         Some(solids) => solids.iter().any(|solid| solid(point) < 0.0),
@@ -155,45 +160,41 @@ fn boxes_meet(faces: &[Face], pieces: usize, slack: f64) -> bool {
         boxes[face.piece] = Some([low.inf(&face.low), high.sup(&face.high)]);
     }
     let boxes: Vec<[Vector3<f64>; 2]> = boxes.into_iter().flatten().collect();
-    (0..boxes.len()).any(|a| {
-        (0..a).any(|b| {
-            (0..3).all(|axis| {
-                boxes[a][0][axis] <= boxes[b][1][axis] + slack
-                    && boxes[b][0][axis] <= boxes[a][1][axis] + slack
-            })
-        })
+    let tree = BoxTree::new(boxes.iter().copied());
+    boxes.par_iter().enumerate().any(|(number, one)| {
+        let near = tree.near(&one[0], &one[1], slack).into_iter();
+        near.filter(|&other| other != number)
+            .any(|other| meet(one, &boxes[other], slack))
     })
 }
 
-/// For each face, the faces of other pieces whose boxes intersect its box, found by a sweep along x.
+/// Whether two boxes are no farther than `slack` from each other along each axis.
+fn meet(one: &[Vector3<f64>; 2], two: &[Vector3<f64>; 2], slack: f64) -> bool {
+    (0..3).all(|axis| one[0][axis] <= two[1][axis] + slack && two[0][axis] <= one[1][axis] + slack)
+}
+
+/// For each face, the faces of other pieces whose boxes intersect its box.
 fn others(faces: &[Face], slack: f64) -> Result<Vec<Vec<usize>>, Entangled> {
-    let mut order: Vec<usize> = (0..faces.len()).collect();
-    order.sort_by(|&a, &b| faces[a].low.x.total_cmp(&faces[b].low.x).then(a.cmp(&b)));
-    let mut others = vec![Vec::new(); faces.len()];
-    let mut meetings = 0;
-    for (place, &a) in order.iter().enumerate() {
-        for &b in &order[place + 1..] {
-            let [one, two] = [&faces[a], &faces[b]];
-            if two.low.x > one.high.x + slack {
-                break;
-            }
-            let meet = one.piece != two.piece
-                && (1..3).all(|axis| {
-                    one.low[axis] <= two.high[axis] + slack
-                        && two.low[axis] <= one.high[axis] + slack
-                });
-            if meet {
-                meetings += 1;
-                if meetings > MOST_MEETINGS {
-                    return Err(Entangled);
-                }
-                others[a].push(b);
-                others[b].push(a);
-            }
+    let tree = BoxTree::new(faces.iter().map(|face| [face.low, face.high]));
+    // Each meeting is seen from both of its faces.
+    let meetings = AtomicUsize::new(0);
+    let of_face = |face: &Face| {
+        if meetings.load(Ordering::Relaxed) > 2 * MOST_MEETINGS {
+            return Err(Entangled);
         }
-    }
-    for list in &mut others {
-        list.sort_unstable();
+        let mut others = tree.near(&face.low, &face.high, slack);
+        others.retain(|&other| {
+            let other = &faces[other];
+            let boxes = [[face.low, face.high], [other.low, other.high]];
+            other.piece != face.piece && meet(&boxes[0], &boxes[1], slack)
+        });
+        meetings.fetch_add(others.len(), Ordering::Relaxed);
+        Ok(others)
+    };
+    let others: Result<Vec<Vec<usize>>, Entangled> = faces.par_iter().map(of_face).collect();
+    let others = others?;
+    if meetings.into_inner() > 2 * MOST_MEETINGS {
+        return Err(Entangled);
     }
     Ok(others)
 }
@@ -546,5 +547,31 @@ mod tests {
         assert_eq!(united(&mesh, None), Ok(None));
         let (cavity, _) = of(&[([0.0; 3], [0.1; 3], false), ([0.02; 3], [0.08; 3], true)]);
         assert_eq!(united(&cavity, None), Ok(None));
+    }
+
+    /// Each face was compared with all of a slab, and each point with the balls around all pieces: minutes for these.
+    #[test]
+    fn thousands_of_pieces_are_united() {
+        let mut boxes = Vec::new();
+        for number in 0..8_000_u32 {
+            let low = [number % 20, number / 20 % 20, number / 400].map(|n| 0.004 * f64::from(n));
+            boxes.push((low, low.map(|x| x + 0.003), false));
+        }
+        let (apart, _) = of(&boxes);
+        assert!(!apart.overlaps());
+        // One more overlaps its neighbour by two thirds.
+        boxes.push(([0.0, 0.0, 0.001], [0.003, 0.003, 0.0035], false));
+        let (mesh, exact) = of(&boxes);
+        assert!(mesh.overlaps());
+        let volume = 8_000.0 * 2.7e-8 + 9e-6 * 0.5e-3;
+        assert!((mesh.volume() / volume - 1.0).abs() < 1e-6);
+        let depth = |z: f64| exact.distance(&Vector3::new(0.0015, 0.0015, z));
+        // The box between 0 and 3.5 mm, and the gap of half a millimetre to the next one.
+        assert!((depth(0.003) + 0.5e-3).abs() < 1e-9, "{}", depth(0.003));
+        assert!(
+            (depth(0.00375) - 0.25e-3).abs() < 1e-9,
+            "{}",
+            depth(0.00375)
+        );
     }
 }

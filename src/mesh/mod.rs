@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 use crate::limits::Beyond;
 
+mod box_tree;
 mod closed;
 mod exact;
 mod file;

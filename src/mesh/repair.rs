@@ -156,15 +156,15 @@ fn turn_pieces(name: &str, mesh: &Mesh, repairs: &mut Vec<Repair>) -> Result<Mes
         return whole();
     }
     let mut turned = 0;
+    let others: Vec<[u32; 3]> = (pieces.iter().zip(&flipped))
+        .filter(|(_, flipped)| !**flipped)
+        .flat_map(|(piece, _)| piece.iter().copied())
+        .collect();
+    let others = Winding::new(mesh.vertices(), &others);
     for piece in 0..pieces.len() {
         if !flipped[piece] {
             continue;
         }
-        let others: Vec<[u32; 3]> = (0..pieces.len())
-            .filter(|other| *other != piece && !flipped[*other])
-            .flat_map(|other| pieces[other].iter().copied())
-            .collect();
-        let others = Winding::new(mesh.vertices(), &others);
         let corner = mesh.vertices()[pieces[piece][0][0] as usize];
         if !others.surrounds(&corner) {
             turned += 1;

@@ -3,10 +3,16 @@
 //!
 //! For a closed surface this is how many times the surface surrounds a point: 1 inside, 0 outside, 2 where two pieces
 //! overlap. Unlike the parity of a ray, it does not depend on which edges the ray meets.
+//!
+//! The same tree finds the nearest triangle of points far from the surface.
 
 use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
+use parry3d_f64::query::PointQuery;
+use parry3d_f64::shape::Triangle;
+
+use super::exact::to_parry;
 
 /// Largest number of triangles in a leaf.
 const LEAF: usize = 8;
@@ -30,7 +36,62 @@ struct Node {
     dipole: Vector3<f64>,
     /// Sum over triangles of (middle − centre) ⊗ area times normal.
     moment: Matrix3<f64>,
+    slab: Slab,
     content: Content,
+}
+
+/// A disc of some thickness that holds the triangles of a node.
+///
+/// It lies in their mean plane, so that it is hardly thicker than they are bent. A box along the axes is as thick as they
+/// are wide if they are tilted. Seen from afar, a finely meshed surface then has hundreds of boxes that are nearer than its
+/// nearest point.
+#[derive(Debug, Clone)]
+struct Slab {
+    /// Unit normal of the disc.
+    normal: Vector3<f64>,
+    /// Lowest and highest height over the centre of the node along the normal.
+    low: f64,
+    high: f64,
+    /// Radius about the normal through the centre.
+    radius: f64,
+}
+
+impl Slab {
+    fn about(
+        centre: &Vector3<f64>,
+        normal: &Vector3<f64>,
+        corners: impl Iterator<Item = Vector3<f64>>,
+    ) -> Self {
+        let normal = normal.try_normalize(0.0).unwrap_or_else(Vector3::z);
+        let empty = Self {
+            normal,
+            low: f64::INFINITY,
+            high: f64::NEG_INFINITY,
+            radius: 0.0,
+        };
+        corners.fold(empty, |slab, corner| {
+            let arm = corner - centre;
+            let height = arm.dot(&normal);
+            Self {
+                normal,
+                low: slab.low.min(height),
+                high: slab.high.max(height),
+                radius: slab.radius.max((arm - normal * height).norm()),
+            }
+        })
+    }
+
+    /// Distance of a point from the disc; `arm` leads from the centre to the point.
+    fn distance(&self, arm: &Vector3<f64>) -> f64 {
+        let height = arm.dot(&self.normal);
+        let over = (height - self.high).max(self.low - height).max(0.0);
+        let beside = (arm - self.normal * height).norm() - self.radius;
+        if beside > 0.0 {
+            (over * over + beside * beside).sqrt()
+        } else {
+            over
+        }
+    }
 }
 
 #[derive(Debug, Clone)]
@@ -104,10 +165,11 @@ impl Winding {
         }
         centre /= total;
         moment -= centre * dipole.transpose();
-        let corners = order.iter().flat_map(|&index| self.triangles[index]);
+        let corners = || order.iter().flat_map(|&index| self.triangles[index]);
         Node {
             centre,
-            radius: corners.map(|v| (v - centre).norm()).fold(0.0, f64::max),
+            radius: corners().map(|v| (v - centre).norm()).fold(0.0, f64::max),
+            slab: Slab::about(&centre, &dipole, corners()),
             dipole,
             moment,
             content: Content::Leaf {
@@ -136,6 +198,68 @@ impl Winding {
         self.nodes.first().is_some_and(near)
     }
 
+    /// Distance of `point` from the nearest triangle, and the number of this triangle in the tree, if it is less than
+    /// `reach`.
+    pub(super) fn nearest_within(&self, point: &Vector3<f64>, reach: f64) -> Option<(f64, usize)> {
+        /// Rounding error of the distance from a disc, as a share of the numbers that it is computed from.
+        const ROUNDING: f64 = 1e-14;
+        let all = self.nodes.first()?;
+        let scale = point.abs().max() + all.centre.abs().max() + all.radius;
+        let mut best = (reach, None);
+        self.search(0, point, scale * ROUNDING, &mut best);
+        Some((best.0, best.1?))
+    }
+
+    /// Looks for a triangle of a node that is nearer than the best. `slack` is the rounding error of bounds.
+    fn search(
+        &self,
+        node: usize,
+        point: &Vector3<f64>,
+        slack: f64,
+        best: &mut (f64, Option<usize>),
+    ) {
+        match self.nodes[node].content {
+            Content::Leaf { first, end } => {
+                for triangle in first..end {
+                    let distance = self.distance_to(triangle, point);
+                    if distance < best.0 {
+                        *best = (distance, Some(triangle));
+                    }
+                }
+            }
+            Content::Inner { right } => {
+                let bound = |node: usize| {
+                    let Node { centre, slab, .. } = &self.nodes[node];
+                    (slab.distance(&(point - centre)) - slack, node)
+                };
+                let (mut near, mut far) = (bound(node + 1), bound(right));
+                if far.0 < near.0 {
+                    std::mem::swap(&mut near, &mut far);
+                }
+                for (bound, node) in [near, far] {
+                    if bound < best.0 {
+                        self.search(node, point, slack, best);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Distance of `point` from a triangle of the tree.
+    pub(super) fn distance_to(&self, triangle: usize, point: &Vector3<f64>) -> f64 {
+        let [a, b, c] = self.triangles[triangle].map(|corner| to_parry(&corner));
+        let query = to_parry(point);
+        let projection = Triangle::new(a, b, c).project_local_point(query, false);
+        (projection.point - query).length()
+    }
+
+    /// Lowest and highest corner of a box about that ball.
+    pub(super) fn bounds(&self) -> [Vector3<f64>; 2] {
+        let ball = self.nodes.first();
+        let (centre, radius) = ball.map_or((Vector3::zeros(), 0.0), |all| (all.centre, all.radius));
+        [centre.add_scalar(-radius), centre.add_scalar(radius)]
+    }
+
     /// Solid angle of the triangles of a node. From afar it is d·r/r³ + (tr M − 3 r·M r/r²)/r³, where d is their dipole, M
     /// their moment about the centre, and r the vector from the point to the centre.
     fn angle(&self, node: usize, point: &Vector3<f64>) -> f64 {
@@ -145,6 +269,7 @@ impl Winding {
             dipole,
             moment,
             content,
+            ..
         } = &self.nodes[node];
         let offset = centre - point;
         let squared = offset.norm_squared();
@@ -217,5 +342,29 @@ mod tests {
             "off by {middle}, at most {most}"
         );
         assert!(seen.iter().all(|&count| count > 20), "{seen:?}");
+    }
+
+    #[test]
+    fn the_nearest_triangle_is_that_of_a_search_of_all() {
+        let (mug, _) = Object::parts_of_named("mug").unwrap();
+        let tree = Winding::new(mug.vertices(), mug.triangles());
+        let mut rng = stream(4, Task::Start, 0);
+        for round in 0..600 {
+            // On the surface, near it, inside, and metres away.
+            let width = [0.0, 0.02, 0.3, 4.0][round % 4];
+            let vertex = mug.vertices()[round % mug.vertices().len()];
+            let point = vertex + Vector3::from_fn(|_, _| width * rng.random_range(-0.5..0.5));
+            let all = (0..tree.triangles.len()).map(|triangle| tree.distance_to(triangle, &point));
+            let least = all.fold(f64::INFINITY, f64::min);
+            let (found, triangle) = tree.nearest_within(&point, f64::MAX).unwrap();
+            assert_eq!(found.to_bits(), least.to_bits(), "{point}");
+            assert_eq!(
+                tree.distance_to(triangle, &point).to_bits(),
+                found.to_bits()
+            );
+            assert_eq!(tree.nearest_within(&point, least), None);
+            let just = tree.nearest_within(&point, least * (1.0 + 1e-9) + 1e-12);
+            assert_eq!(just.map(|(distance, _)| distance), Some(found));
+        }
     }
 }

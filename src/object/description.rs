@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Rotation3, Unit, Vector3};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::space::Symmetry;
@@ -475,12 +476,10 @@ impl Fit<'_> {
 
     fn moved(&self, what: &'static str, motions: &[Isometry3<f64>]) -> Result<(), ObjectError> {
         let off = |motion: &Isometry3<f64>| {
-            let moved = |v: &Vector3<f64>| {
-                self.exact
-                    .distance(&motion.transform_point(&(*v).into()).coords)
-                    .abs()
-            };
-            self.mesh.boundary().0.iter().map(moved).fold(0.0, f64::max)
+            let moved =
+                |v: &Vector3<f64>| self.exact.gap(&motion.transform_point(&(*v).into()).coords);
+            let points = self.mesh.boundary().0.par_iter();
+            points.map(moved).reduce(|| 0.0, f64::max)
         };
         self.judge(what, motions.iter().map(off).fold(0.0, f64::max))
     }

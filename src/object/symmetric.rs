@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, SymmetricEigen, Unit, Vector3};
+use rayon::prelude::*;
 
 use crate::space::Symmetry;
 
@@ -44,8 +45,10 @@ pub fn find_symmetry(mesh: &Mesh, exact: &ExactMesh, tolerance_m: f64) -> FoundS
     let round: Vec<(Unit<Vector3<f64>>, f64)> = axes
         .iter()
         .filter_map(|axis| Some((*axis, finder.about(axis, &[0.1, 1.0, 2.0, 3.0, 4.5])?)))
+        // Two axes make a ball.
+        .take(2)
         .collect();
-    if let [(_, a), (_, b), ..] = round[..] {
+    if let [(_, a), (_, b)] = round[..] {
         return FoundSymmetry {
             symmetry: Symmetry::Sphere {
                 centre: finder.centre,
@@ -105,23 +108,21 @@ impl Finder<'_> {
             .iter()
             .map(|angle| Rotation3::from_axis_angle(axis, *angle))
             .collect();
-        let off = |point: &Vector3<f64>, turn: &Rotation3<f64>| {
-            let moved = turn * (point - self.centre) + self.centre;
-            self.exact.distance(&moved).abs()
+        // The search for the nearest point ends at this distance, slightly beyond the tolerance because of rounding.
+        let reach_m = self.tolerance_m * (1.0 + 1e-9);
+        let off = |point: &Vector3<f64>| {
+            turns.iter().try_fold(0.0, |worst: f64, turn| {
+                let moved = turn * (point - self.centre) + self.centre;
+                let gap_m = self.exact.gap_within(&moved, reach_m)?;
+                (gap_m <= self.tolerance_m).then_some(worst.max(gap_m))
+            })
         };
         let stride = (self.points.len() / FEW).max(1);
-        let few = self.points.iter().step_by(stride);
-        let all = few.chain(self.points.iter());
-        let mut worst: f64 = 0.0;
-        for point in all {
-            for turn in &turns {
-                worst = worst.max(off(point, turn));
-            }
-            if worst > self.tolerance_m {
-                return None;
-            }
+        for point in self.points.iter().step_by(stride) {
+            off(point)?;
         }
-        Some(worst)
+        let all = self.points.par_iter().map(off);
+        all.try_reduce(|| 0.0, |a, b| Some(a.max(b)))
     }
 }
 
@@ -223,5 +224,32 @@ mod tests {
             panic!("a round bottle has an axis");
         };
         assert!((turn * Vector3::z()).dot(&direction).abs() > 1.0 - 1e-5);
+    }
+
+    /// The search ends at the tolerance and works in parallel; its number is that of signed distances one by one.
+    #[test]
+    fn the_deviation_is_that_of_all_vertices() {
+        let (bottle, _) = Object::parts_of_named("bottle_round").unwrap();
+        let exact = ExactMesh::new(&bottle);
+        let found = find_symmetry(&bottle, &exact, 0.5e-3);
+        let Symmetry::Axis { point, direction } = found.symmetry else {
+            panic!("a round bottle has an axis");
+        };
+        let axis = Unit::new_normalize(direction);
+        let mut worst: f64 = 0.0;
+        for angle in [0.1, 1.0, 2.0, 3.0, 4.5] {
+            let turn = Rotation3::from_axis_angle(&axis, angle);
+            for vertex in bottle.vertices() {
+                let moved = turn * (vertex - point) + point;
+                worst = worst.max(exact.distance(&moved).abs());
+            }
+        }
+        assert!(worst > 0.0);
+        assert_eq!(found.deviation_m.to_bits(), worst.to_bits());
+        // Just below the deviation it is none.
+        let none = find_symmetry(&bottle, &exact, worst * (1.0 - 1e-6));
+        assert!(!matches!(none.symmetry, Symmetry::Axis { .. }), "{none:?}");
+        let still = find_symmetry(&bottle, &exact, worst);
+        assert!(matches!(still.symmetry, Symmetry::Axis { .. }), "{still:?}");
     }
 }

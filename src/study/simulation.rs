@@ -7,8 +7,9 @@ use serde_json::json;
 
 use super::{Run, StudyError};
 use crate::evaluation::stability::{Build, Fit, Outcome, Protocol, Solid, simulate};
+use crate::mesh::Mesh;
 use crate::store::{GraspFile, content_hash};
-use crate::topography::Phase;
+use crate::topography::{Observer, Phase, Progress};
 
 /// Version of the engine, for the file: results are the same bits only for the same one.
 const ENGINE: &str = "rapier3d-f64 0.36";
@@ -34,6 +35,21 @@ pub struct Simulation {
     pub fits: Vec<ObjectFit>,
     /// Time spent simulating, seconds.
     pub seconds: f64,
+    /// Time spent before on hands and objects, such as cutting objects into convex pieces, seconds.
+    pub preparation_seconds: f64,
+}
+
+/// The solid of a mesh in convex pieces. The observer is told if it must be cut.
+pub(super) fn solid_in_pieces(mesh: &Mesh, observer: &Observer<'_>) -> Solid {
+    let cutting = || {
+        observer(Progress {
+            phase: Phase::Cut,
+            done: 0,
+            total: 0,
+            round: None,
+        });
+    };
+    Solid::announced(mesh, Build::Pieces, &cutting)
 }
 
 /// A hash of all that outcomes depend on, for the journal.
@@ -63,16 +79,19 @@ pub fn simulate_all(
         outcomes: Vec::with_capacity(file.grasps.len()),
         fits: Vec::new(),
         seconds: 0.0,
+        preparation_seconds: 0.0,
     };
     for population in file.landscapes() {
+        let started = Instant::now();
         let hand = population.hand()?;
         let (mesh, mass_kg) = population.mesh()?;
-        let solid = Solid::new(&mesh, Build::Pieces);
+        let solid = solid_in_pieces(&mesh, run.observer);
         found.fits.push(ObjectFit {
             object: population.object.name.clone(),
             scale: population.scale,
             fit: *solid.fit(),
         });
+        found.preparation_seconds += started.elapsed().as_secs_f64();
         let started = Instant::now();
         let outcomes = run.each(
             &tally,

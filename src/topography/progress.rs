@@ -34,6 +34,8 @@ pub enum Phase {
     Confirm,
     /// Synthesizing grasps.
     Synthesize,
+    /// Cutting an object into convex pieces, whose number is not known before.
+    Cut,
     /// Simulating grasps.
     Simulate,
     /// Labelling grasps.
@@ -60,6 +62,7 @@ impl Phase {
             Self::Confirm => "confirming merges",
             Self::Search => "searching saddles",
             Self::Synthesize => "chains",
+            Self::Cut => "cutting the object into convex pieces, the first time only",
             Self::Simulate | Self::Label | Self::Judge => "grasps",
             Self::Hop | Self::Pairs => "searching",
             Self::Survey => "populations",
@@ -74,7 +77,7 @@ pub struct Progress {
     pub phase: Phase,
     /// Tasks finished, in whatever order.
     pub done: usize,
-    /// Tasks of this phase known so far, or of this round of it.
+    /// Tasks of this phase known so far, or of this round of it; 0 for work that is not counted.
     pub total: usize,
     /// For a phase in rounds: which round this is, from 1, and how many there are at most. What a round finds decides whether
     /// there is another one.

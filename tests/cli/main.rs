@@ -2,6 +2,7 @@
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
+mod cache;
 mod diversity;
 mod experiments;
 mod flags;
@@ -32,7 +33,7 @@ mod skipped;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
 use std::time::Duration;
 
@@ -40,6 +41,13 @@ use crate::desk::Desk;
 use crate::folder::names;
 use crate::parts::Parts;
 use crate::records::records;
+
+/// Lets a command keep what it caches below `folder`.
+fn in_cache(command: &mut Command, folder: &Path) {
+    for name in ["XDG_CACHE_HOME", "HOME", "LOCALAPPDATA"] {
+        command.env(name, folder);
+    }
+}
 
 impl Desk {
     fn with_grasps() -> Self {

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::desk::{Desk, assert_says};
-use crate::names;
+use crate::{in_cache, names};
 use landscape::store::{GraspFile, Overrides};
 
 /// The small test network as a user has it: weights and specs in one folder.
@@ -26,11 +26,9 @@ fn a_network_becomes_an_object() {
     let desk = desk_with_network();
     let cache = desk.path("cache");
     let run = |line: &str| {
-        let output = desk
-            .command(line)
-            .env("XDG_CACHE_HOME", &cache)
-            .output()
-            .unwrap();
+        let mut command = desk.command(line);
+        in_cache(&mut command, &cache);
+        let output = command.output().unwrap();
         let said = String::from_utf8(output.stderr).unwrap();
         assert!(output.status.success(), "landscape {line}: {said}");
         String::from_utf8(output.stdout).unwrap()

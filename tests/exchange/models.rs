@@ -161,8 +161,8 @@ fn a_scene_has_a_keyframe_for_each_grasp() {
         six: SixDirections::default(),
         grasps: rows.map(|row| (row.id, &row.grasp)).collect(),
     };
-    let files = scene.files().unwrap();
-    assert_eq!(files, scene.files().unwrap());
+    let files = scene.files(&|_| ()).unwrap();
+    assert_eq!(files, scene.files(&|_| ()).unwrap());
     let text = String::from_utf8(files[0].bytes.clone()).unwrap();
     let document = roxmltree::Document::parse(&text).unwrap();
     let all = |name: &str| -> Vec<roxmltree::Node<'_, '_>> {

@@ -11,7 +11,12 @@ use serde::Serialize;
 
 use super::convert::{from_vector, vector};
 use super::inertia::uniform;
+use crate::cache::{Cache, Key, Kind, Reader};
 use crate::mesh::{ExactMesh, Mesh};
+
+/// Version of what is kept of a cut. Raise it whenever cutting, the comparison with the mesh or the format changes, also by
+/// another version of the library that cuts.
+const VERSION: u32 = 1;
 
 /// A mesh that its hull fills by no more than this, metres, is one convex piece. Cutting would leave gaps between the pieces
 /// of a thin body.
@@ -77,11 +82,26 @@ impl std::fmt::Debug for Solid {
 }
 
 impl Solid {
-    /// The solid of a mesh: its hull if it is convex to 0.1 mm, otherwise convex pieces, which take seconds. Nothing is random.
+    /// The solid of a mesh: its hull if it is convex to 0.1 mm, otherwise convex pieces. Nothing is random.
+    ///
+    /// Cutting takes seconds to a minute. The pieces are kept in the user's cache folder, so that a mesh is cut once.
     ///
     /// # Panics
     /// Never: a [`Mesh`] has triangles.
     pub fn new(mesh: &Mesh, build: Build) -> Self {
+        Self::announced(mesh, build, &|| ())
+    }
+
+    /// As [`Solid::new`]; `cutting` is called before the mesh is cut, if it is.
+    ///
+    /// # Panics
+    /// Never: a [`Mesh`] has triangles.
+    pub fn announced(mesh: &Mesh, build: Build, cutting: &dyn Fn()) -> Self {
+        Self::kept_in(&Cache::of_user(), mesh, build, cutting)
+    }
+
+    /// As [`Solid::announced`], with another cache.
+    fn kept_in(cache: &Cache, mesh: &Mesh, build: Build, cutting: &dyn Fn()) -> Self {
         let vertices: Vec<_> = mesh.vertices().iter().map(vector).collect();
         let unit = uniform(mesh);
         let centre = from_vector(unit.local_com);
@@ -109,21 +129,18 @@ impl Solid {
                 reach_m,
             };
         }
-        let whole = vec![hull(&vertices)];
-        let one = shapes(&whole);
-        let one_fit = fit(mesh, &whole, &one);
-        let convex = !one.is_empty() && one_fit.filled_m <= CONVEX_M;
-        let (pieces, shapes, fit) = if convex {
-            (whole, one, one_fit)
-        } else {
-            let pieces = decomposed(mesh, &vertices);
-            let shapes = shapes(&pieces);
-            let fit = fit(mesh, &pieces, &shapes);
-            (pieces, shapes, fit)
-        };
+        let key = key(mesh);
+        let kept = cache.find(Kind::Pieces, key);
+        let (pieces, fit) = kept
+            .and_then(|content| decode(&content))
+            .unwrap_or_else(|| {
+                let cut = cut(mesh, &vertices, cutting);
+                cache.keep(Kind::Pieces, key, &encode(&cut.0, &cut.1));
+                cut
+            });
         Self {
             exact: ExactMesh::new(mesh),
-            shape: SharedShape::compound(shapes),
+            shape: SharedShape::compound(shapes(&pieces)),
             unit,
             pieces,
             fit,
@@ -171,6 +188,102 @@ impl Solid {
         properties.set_mass(mass_kg, true);
         properties
     }
+}
+
+/// The hull of a mesh if it is convex, otherwise its convex pieces; and how well they fit.
+fn cut(
+    mesh: &Mesh,
+    vertices: &[rapier3d_f64::math::Vector],
+    cutting: &dyn Fn(),
+) -> (Vec<Piece>, Fit) {
+    let whole = vec![hull(vertices)];
+    let one = shapes(&whole);
+    let one_fit = fit(mesh, &whole, &one);
+    if !one.is_empty() && one_fit.filled_m <= CONVEX_M {
+        return (whole, one_fit);
+    }
+    cutting();
+    let pieces = decomposed(mesh, vertices);
+    let fit = fit(mesh, &pieces, &shapes(&pieces));
+    (pieces, fit)
+}
+
+/// Hash of everything that a cut and its fit depend on.
+fn key(mesh: &Mesh) -> Key {
+    let mut key = Key::default();
+    key.feed(&VERSION.to_le_bytes());
+    for number in [RESOLUTION, PIECES] {
+        key.feed(&number.to_le_bytes());
+    }
+    for number in [CONVEX_M, CONCAVITY] {
+        key.feed(&number.to_le_bytes());
+    }
+    key.feed(&(SAMPLES as u64).to_le_bytes());
+    // The pieces are those of the triangles, and the fit is that to the surface of their union.
+    let own = (mesh.vertices(), mesh.triangles());
+    for (vertices, triangles) in [own, mesh.boundary()] {
+        key.feed(&(vertices.len() as u64).to_le_bytes());
+        for coordinate in vertices.iter().flatten() {
+            key.feed(&coordinate.to_le_bytes());
+        }
+        for index in triangles.iter().flatten() {
+            key.feed(&index.to_le_bytes());
+        }
+    }
+    key
+}
+
+/// The numbers of a cut.
+fn encode(pieces: &[Piece], fit: &Fit) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for number in [fit.volume_error, fit.filled_m, fit.cut_m] {
+        bytes.extend(number.to_le_bytes());
+    }
+    bytes.extend((pieces.len() as u64).to_le_bytes());
+    for piece in pieces {
+        bytes.extend((piece.vertices.len() as u64).to_le_bytes());
+        bytes.extend((piece.triangles.len() as u64).to_le_bytes());
+        for coordinate in piece.vertices.iter().flatten() {
+            bytes.extend(coordinate.to_le_bytes());
+        }
+        for index in piece.triangles.iter().flatten() {
+            bytes.extend(index.to_le_bytes());
+        }
+    }
+    bytes
+}
+
+/// The cut of these numbers.
+fn decode(content: &[u8]) -> Option<(Vec<Piece>, Fit)> {
+    let mut reader = Reader(content);
+    let [volume_error, filled_m, cut_m] = [reader.number()?, reader.number()?, reader.number()?];
+    let mut pieces = Vec::new();
+    for _ in 0..reader.count()? {
+        let [corners, faces] = [reader.count()?, reader.count()?];
+        let mut vertices = Vec::new();
+        for _ in 0..corners {
+            vertices.push(reader.vector()?);
+        }
+        let mut triangles = Vec::new();
+        for _ in 0..faces {
+            let triangle = [reader.index()?, reader.index()?, reader.index()?];
+            if triangle.iter().any(|&index| index as usize >= corners) {
+                return None;
+            }
+            triangles.push(triangle);
+        }
+        pieces.push(Piece {
+            vertices,
+            triangles,
+        });
+    }
+    let fit = Fit {
+        pieces: pieces.len(),
+        volume_error,
+        filled_m,
+        cut_m,
+    };
+    (reader.0.is_empty() && !pieces.is_empty()).then_some((pieces, fit))
 }
 
 /// Cuts a mesh into convex pieces.
@@ -258,4 +371,87 @@ fn fit(mesh: &Mesh, pieces: &[Piece], shapes: &[(Pose, SharedShape)]) -> Fit {
 pub(super) fn motion(from_start: &Isometry3<f64>, centre: &Vector3<f64>) -> (Vector3<f64>, f64) {
     let moved = from_start.transform_point(&(*centre).into()).coords - centre;
     (moved, from_start.rotation.angle())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+    use crate::mesh::Mesh;
+    use crate::object::Object;
+
+    /// Two boxes that form an L.
+    fn corner() -> Mesh {
+        let boxes = "\
+            [[parts]]\ncuboid = { centre = [0, 0, 0], half_extents = [0.03, 0.01, 0.01] }\n\
+            [[parts]]\ncuboid = { centre = [0.02, 0, 0.02], half_extents = [0.01, 0.01, 0.02] }\n";
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("corner.toml");
+        std::fs::write(&path, boxes).unwrap();
+        Object::parts_of_file(&path).unwrap().mesh
+    }
+
+    #[test]
+    fn a_kept_cut_is_the_one_that_was_made() {
+        let folder = tempfile::tempdir().unwrap();
+        let kept = Cache {
+            folder: Some(folder.path().to_path_buf()),
+            ..Cache::of_user()
+        };
+        let none = Cache {
+            folder: None,
+            ..Cache::of_user()
+        };
+        let cuts = Cell::new(0);
+        let mesh = corner();
+        let solid = |cache: &Cache| {
+            let announced = || cuts.set(cuts.get() + 1);
+            Solid::kept_in(cache, &mesh, Build::Pieces, &announced)
+        };
+        let without = solid(&none);
+        assert!(without.pieces().len() > 1);
+        let same = |solid: &Solid| {
+            // Bit by bit, as encoded numbers.
+            let bytes = |solid: &Solid| encode(&solid.pieces, &solid.fit);
+            assert!(bytes(solid) == bytes(&without));
+            assert_eq!(solid.unit, without.unit);
+        };
+        same(&solid(&kept));
+        assert_eq!(cuts.get(), 2);
+        same(&solid(&kept));
+        assert_eq!(cuts.get(), 2, "the second time it is read");
+
+        // Sound as a file of the cache, but not a cut.
+        let key = key(&mesh);
+        let content = kept.find(Kind::Pieces, key).unwrap();
+        kept.keep(Kind::Pieces, key, &content[..content.len() - 1]);
+        same(&solid(&kept));
+        assert_eq!(cuts.get(), 3);
+        assert_eq!(kept.find(Kind::Pieces, key).unwrap(), content);
+    }
+
+    #[test]
+    fn other_numbers_are_no_cut() {
+        let piece = hull(
+            &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+                .map(|[x, y, z]| rapier3d_f64::math::Vector::new(x, y, z)),
+        );
+        let fit = Fit {
+            pieces: 1,
+            volume_error: 0.1,
+            filled_m: 0.2,
+            cut_m: 0.3,
+        };
+        let content = encode(std::slice::from_ref(&piece), &fit);
+        assert_eq!(decode(&content), Some((vec![piece], fit)));
+        for length in 0..content.len() {
+            assert_eq!(decode(&content[..length]), None, "{length} bytes");
+        }
+        let mut beyond = content.clone();
+        let last = beyond.len() - 4;
+        beyond[last..].copy_from_slice(&4_u32.to_le_bytes());
+        assert_eq!(decode(&beyond), None, "a corner that is not there");
+        assert_eq!(decode(&encode(&[], &fit)), None);
+    }
 }

@@ -7,12 +7,14 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use super::text::{comment, name, numbers, obj};
 use super::tree::{Attached, Moving, attached, names};
 use super::{ExportError, ExportedFile, check_rigid};
-use crate::evaluation::stability::{Build, SixDirections, Solid, joint_targets};
+use crate::evaluation::stability::{SixDirections, Solid, joint_targets};
 use crate::figure::MAKER;
 use crate::grasp::Grasp;
 use crate::hand::{Capsule, Frame, Hand, JointKind, LinkId};
 use crate::mesh::Mesh;
 use crate::space::Pose;
+use crate::study::simulation::solid_in_pieces;
+use crate::topography::Observer;
 
 /// Time step, seconds: that of `MuJoCo` itself.
 const TIME_STEP_S: f64 = 0.002;
@@ -47,16 +49,17 @@ impl MujocoScene<'_> {
     /// The shapes that collide are those of the simulations of stability: capsules, balls that fill the meshes of the hand,
     /// and the convex pieces of the object. The hand stands on a mocap body, which a keyframe puts where the grasp has
     /// it; the object is free and starts in its own frame. The actuators are springs, whose targets in a keyframe press as
-    /// the test does. Gravity acts on the object and not on the links, as if the hand bore its own weight.
+    /// the test does. Gravity acts on the object and not on the links, as if the hand bore its own weight. `observer` is told
+    /// if the object must be cut.
     ///
     /// # Errors
     /// If the hand has a skin that bends.
     ///
     /// # Panics
     /// If a grasp is one of another hand.
-    pub fn files(&self) -> Result<Vec<ExportedFile>, ExportError> {
+    pub fn files(&self, observer: &Observer<'_>) -> Result<Vec<ExportedFile>, ExportError> {
         check_rigid(self.hand)?;
-        let solid = Solid::new(self.mesh, Build::Pieces);
+        let solid = solid_in_pieces(self.mesh, observer);
         let mut writer = Writer {
             scene: self,
             names: names(self.hand, &TAKEN),
