@@ -58,6 +58,11 @@ pub(crate) fn ending(path: &Path) -> String {
     ending.to_string_lossy().to_lowercase()
 }
 
+/// Whether these bytes are a pointer of Git LFS, which stands for a file until `git lfs pull` has fetched it.
+pub(crate) fn lfs_pointer(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"version https://git-lfs.github.com/spec/")
+}
+
 /// The bytes of a file of triangles.
 ///
 /// # Errors

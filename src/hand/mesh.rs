@@ -2,10 +2,16 @@
 
 use std::path::Path;
 
-use crate::formats::{Triangles, ending, msh, obj, stl};
+use crate::formats::{Triangles, ending, lfs_pointer, msh, obj, stl};
 
 /// Converts a mesh file of the kind that its name says to OBJ text: only vertices and triangles, with every digit kept.
 pub(super) fn to_obj(name: &str, bytes: &[u8]) -> Result<String, String> {
+    if lfs_pointer(bytes) {
+        return Err(
+            "it is a Git LFS pointer in place of the mesh: run `git lfs pull` in its repository"
+                .to_owned(),
+        );
+    }
     let mesh = match ending(Path::new(name)).as_str() {
         "obj" => triangles(bytes)?,
         "stl" => checked(stl::read(bytes).map_err(|error| format!("it is no STL file: {error}"))?)?,
@@ -91,6 +97,9 @@ mod tests {
         assert_eq!((read.vertices.len(), read.triangles.len()), (4, 4));
     }
 
+    const POINTER: &[u8] =
+        b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 12345\n";
+
     #[test]
     fn what_is_no_mesh_is_refused() {
         for (name, bytes) in [
@@ -105,8 +114,10 @@ mod tests {
                 b"\xff\xff\xff\x7f\xff\xff\xff\x7f\xff\xff\xff\x7f\xff\xff\xff\x7f",
             ),
             ("a.msh", b""),
+            ("a.stl", POINTER),
         ] {
             assert!(to_obj(name, bytes).is_err(), "{name}: {bytes:?}");
         }
+        assert!(to_obj("a.obj", POINTER).unwrap_err().contains("git lfs pull"));
     }
 }

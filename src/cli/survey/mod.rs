@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use self::files::{Plan, Task};
 use super::args::{Again, Common, GroupBarrier, HandAndObject, WithPage};
 use super::build::{Mapping, keep_stable};
-use super::interruption;
+use super::{input, interruption};
 use super::output::{check_folder, make_folder};
 use super::run::{Watch, end_worker, journal_beside, open_journal, open_worker, stoppable};
 use super::workers::Share;
@@ -126,6 +126,9 @@ pub(super) fn run(command: &Survey, common: &Common) -> anyhow::Result<()> {
     );
     let told = plan.repeated.iter().filter(|_| !common.quiet);
     told.for_each(|repeated| complain(&format!("note: {repeated}")));
+    if !common.quiet {
+        input::warn(&plan.noted.iter().cloned().collect::<Vec<_>>());
+    }
     make_folder(&output.join(LANDSCAPES))?;
 
     let fingerprint = command.fingerprint(&plan)?;
@@ -265,7 +268,7 @@ impl Survey {
             settings: &settings,
             earlier: None,
             source,
-            warnings: Vec::new(),
+            warnings: population.hand.warnings().collect(),
             with_page: !self.page.no_report,
         };
         let fingerprint = mapping.fingerprint()?;
