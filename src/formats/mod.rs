@@ -15,6 +15,7 @@ use nalgebra::Vector3;
 pub(crate) mod array;
 #[cfg(feature = "cli")]
 pub(crate) mod csv_text;
+pub(crate) mod collada;
 pub(crate) mod gltf;
 pub(crate) mod msh;
 #[cfg_attr(
