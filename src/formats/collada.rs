@@ -91,11 +91,9 @@ impl Named for Node<'_, '_> {
     }
 }
 
-fn named<'a, 'i>(
-    node: Node<'a, 'i>,
-    name: &'static str,
-) -> impl Iterator<Item = Node<'a, 'i>> {
-    node.children().filter(move |child| child.has_tag_name_of(name))
+fn named<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
+    node.children()
+        .filter(move |child| child.has_tag_name_of(name))
 }
 
 fn child<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> Option<Node<'a, 'i>> {
@@ -124,9 +122,12 @@ fn numbers<T: FromStr>(node: Node<'_, '_>) -> Result<Vec<T>, String> {
 fn exactly<const N: usize>(node: Node<'_, '_>) -> Result<[f64; N], String> {
     let numbers: Vec<f64> = numbers(node)?;
     let count = numbers.len();
-    <[f64; N]>::try_from(numbers)
-        .ok()
-        .ok_or_else(|| at(node, &format!("it has {count} numbers where {N} are needed")))
+    <[f64; N]>::try_from(numbers).ok().ok_or_else(|| {
+        at(
+            node,
+            &format!("it has {count} numbers where {N} are needed"),
+        )
+    })
 }
 
 /// A whole number in an attribute.
@@ -242,7 +243,7 @@ impl<'a, 'i> Reader<'a, 'i> {
             return Ok(mesh);
         };
         // Of each source of positions, the points and their numbers in the mesh.
-        let mut positions: BTreeMap<u32, (Vec<Vector3<f64>>, Vec<Option<u32>>)> = BTreeMap::new();
+        let mut positions: BTreeMap<u32, Numbered> = BTreeMap::new();
         for faces in part.children().filter(Node::is_element) {
             let kind = faces.tag_name().name();
             if !["triangles", "polylist", "polygons", "tristrips", "trifans"].contains(&kind) {
@@ -320,6 +321,9 @@ impl<'a, 'i> Reader<'a, 'i> {
     }
 }
 
+/// Points of a source, and the number of each in the mesh, once a face has used it.
+type Numbered = (Vec<Vector3<f64>>, Vec<Option<u32>>);
+
 /// Which numbers of a list are corners: of each group of `stride`, that at `offset`.
 struct Layout<'a, 'i> {
     stride: usize,
@@ -335,12 +339,15 @@ fn polygons(
     layout: &Layout<'_, '_>,
 ) -> Result<Vec<Vec<usize>>, String> {
     if let Some(holes) = child(faces, "ph") {
-        return Err(at(holes, "polygons with holes are not read: export triangles"));
+        return Err(at(
+            holes,
+            "polygons with holes are not read: export triangles",
+        ));
     }
     let mut polygons = Vec::new();
     for list in named(faces, "p") {
         let numbers: Vec<usize> = numbers(list)?;
-        if numbers.len() % layout.stride != 0 {
+        if !numbers.len().is_multiple_of(layout.stride) {
             let problem = format!(
                 "{} numbers are no whole groups of {}",
                 numbers.len(),
@@ -362,7 +369,8 @@ fn polygons(
                 }
             })),
             "polylist" => {
-                let counts = child(faces, "vcount").ok_or_else(|| at(faces, "it has no <vcount>"))?;
+                let counts =
+                    child(faces, "vcount").ok_or_else(|| at(faces, "it has no <vcount>"))?;
                 let mut rest = corners.as_slice();
                 for count in self::numbers::<usize>(counts)? {
                     let (polygon, others) = rest
@@ -395,7 +403,10 @@ fn transformation(part: Node<'_, '_>) -> Result<Option<Matrix4<f64>>, String> {
             Rotation3::from_axis_angle(&axis, degrees.to_radians()).to_homogeneous()
         }
         "lookat" | "skew" => {
-            return Err(at(part, "it is not read: bake the transformations into the mesh"));
+            return Err(at(
+                part,
+                "it is not read: bake the transformations into the mesh",
+            ));
         }
         _ => return Ok(None),
     }))
@@ -442,15 +453,27 @@ mod tests {
         let instance = r##"<node><instance_geometry url="#g"/></node>"##;
         let kinds = [
             TRIANGLES.to_owned(),
-            format!("<polylist count=\"4\">{input}<vcount>3 3 3 3</vcount><p>0 2 1 0 1 3 0 3 2 1 2 3</p></polylist>"),
-            format!("<polygons count=\"4\">{input}<p>0 2 1</p><p>0 1 3</p><p>0 3 2</p><p>1 2 3</p></polygons>"),
+            format!(
+                "<polylist count=\"4\">{input}<vcount>3 3 3 3</vcount><p>0 2 1 0 1 3 0 3 2 1 2 3</p></polylist>"
+            ),
+            format!(
+                "<polygons count=\"4\">{input}<p>0 2 1</p><p>0 1 3</p><p>0 3 2</p><p>1 2 3</p></polygons>"
+            ),
             format!("<tristrips count=\"1\">{input}<p>0 2 1 3 0 2</p></tristrips>"),
             format!("<trifans count=\"2\">{input}<p>0 2 1 3 2</p><p>1 2 3</p></trifans>"),
         ];
         for faces in kinds {
             let mesh = read_text(&file(&faces, instance)).unwrap();
-            assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (4, 4), "{faces}");
-            assert!((volume(&mesh) - 1e-3).abs() < 1e-15, "{faces}: {}", volume(&mesh));
+            assert_eq!(
+                (mesh.vertices.len(), mesh.triangles.len()),
+                (4, 4),
+                "{faces}"
+            );
+            assert!(
+                (volume(&mesh) - 1e-3).abs() < 1e-15,
+                "{faces}: {}",
+                volume(&mesh)
+            );
         }
     }
 
@@ -490,12 +513,36 @@ mod tests {
         let instance = r##"<node><instance_geometry url="#g"/></node>"##;
         let good = file(TRIANGLES, instance);
         for (from, to, told) in [
-            ("#a\" count", "#b\" count", "<accessor> (line 5): there is no element \"b\""),
-            ("10 0 0", "10 O 0", "<float_array> (line 4): \"O\" is no number"),
-            ("<p>0 0", "<p>9 0", "<triangles> (line 7): there is no vertex 9"),
-            ("<p>0 0", "<p>0", "<p> (line 8): 23 numbers are no whole groups of 2"),
-            ("meter=\"0.01\"", "meter=\"-1\"", "<unit> (line 2): meter=\"-1\""),
-            ("url=\"#g\"/></node></vis", "url=\"b.dae#g\"/></node></vis", "another file"),
+            (
+                "#a\" count",
+                "#b\" count",
+                "<accessor> (line 5): there is no element \"b\"",
+            ),
+            (
+                "10 0 0",
+                "10 O 0",
+                "<float_array> (line 4): \"O\" is no number",
+            ),
+            (
+                "<p>0 0",
+                "<p>9 0",
+                "<triangles> (line 7): there is no vertex 9",
+            ),
+            (
+                "<p>0 0",
+                "<p>0",
+                "<p> (line 8): 23 numbers are no whole groups of 2",
+            ),
+            (
+                "meter=\"0.01\"",
+                "meter=\"-1\"",
+                "<unit> (line 2): meter=\"-1\"",
+            ),
+            (
+                "url=\"#g\"/></node></vis",
+                "url=\"b.dae#g\"/></node></vis",
+                "another file",
+            ),
             ("stride=\"3\"", "stride=\"2\"", "three numbers"),
             ("COLLADA", "X3D", "<X3D>"),
         ] {
@@ -504,7 +551,10 @@ mod tests {
             let error = read_text(&text).unwrap_err();
             assert!(error.contains(told), "{told}: {error}");
         }
-        let ring = file(TRIANGLES, r##"<node id="r"><instance_node url="#r"/></node>"##);
+        let ring = file(
+            TRIANGLES,
+            r##"<node id="r"><instance_node url="#r"/></node>"##,
+        );
         assert!(read_text(&ring).unwrap_err().contains("nested too deeply"));
         assert!(read_text("words").unwrap_err().contains("not XML"));
     }

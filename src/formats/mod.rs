@@ -13,9 +13,9 @@ use nalgebra::Vector3;
     expect(dead_code, reason = "the part that only pickles and tables need")
 )]
 pub(crate) mod array;
+pub(crate) mod collada;
 #[cfg(feature = "cli")]
 pub(crate) mod csv_text;
-pub(crate) mod collada;
 pub(crate) mod gltf;
 pub(crate) mod msh;
 #[cfg_attr(

@@ -126,7 +126,9 @@ pub enum HandError {
         joint: String,
     },
     /// The limits leave no range.
-    #[error("joint \"{joint}\" may move from {lower} to {upper}: give it finite limits, the lower below the upper")]
+    #[error(
+        "joint \"{joint}\" may move from {lower} to {upper}: give it finite limits, the lower below the upper"
+    )]
     EmptyRange {
         /// The joint.
         joint: String,

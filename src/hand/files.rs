@@ -219,7 +219,8 @@ fn read(path: &Path) -> Result<String, HandError> {
     };
     let bytes = bytes(path).map_err(problem)?;
     if lfs_pointer(&bytes) {
-        let told = "it is a Git LFS pointer in place of the file: run `git lfs pull` in its repository";
+        let told =
+            "it is a Git LFS pointer in place of the file: run `git lfs pull` in its repository";
         return Err(problem(told.to_owned()));
     }
     text_of(bytes).map_err(problem)

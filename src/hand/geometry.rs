@@ -237,7 +237,11 @@ fn counted<'a>(model: &'a Model, side: &SideFile) -> (Vec<Vec<&'a Part>>, Vec<St
         };
         let parts: Vec<&Part> = body.parts.iter().filter(counts).collect();
         if visual && !body.parts.is_empty() {
-            let names = if parts.is_empty() { &mut left_out } else { &mut taken };
+            let names = if parts.is_empty() {
+                &mut left_out
+            } else {
+                &mut taken
+            };
             names.push(body.name.as_str());
         }
         parts
@@ -266,7 +270,11 @@ fn counted<'a>(model: &'a Model, side: &SideFile) -> (Vec<Vec<&'a Part>>, Vec<St
 /// `links "a" and "b" have`, with at most eight names.
 fn having(names: &[&str]) -> String {
     const MOST: usize = 8;
-    let quoted: Vec<String> = names.iter().take(MOST).map(|name| format!("\"{name}\"")).collect();
+    let quoted: Vec<String> = names
+        .iter()
+        .take(MOST)
+        .map(|name| format!("\"{name}\""))
+        .collect();
     match (quoted.as_slice(), names.len()) {
         ([name], 1) => format!("link {name} has"),
         ([others @ .., last], count) if count <= MOST => {

@@ -89,7 +89,9 @@ impl Files for Disk {
     }
 
     fn mesh(&self, reference: &str) -> Result<String, String> {
-        self.remember(reference, |bytes, folder| mesh::to_obj(reference, &bytes, folder))
+        self.remember(reference, |bytes, folder| {
+            mesh::to_obj(reference, &bytes, folder)
+        })
     }
 }
 

@@ -47,7 +47,13 @@ const fn rule(
 const ONE: Value = Numbers(1);
 const RULES: [Rule; 24] = [
     rule("robot", "link", &[("name", Text)], &[], &[]),
-    rule("robot", "joint", &[("name", Text), ("type", Text)], &[], &["parent", "child"]),
+    rule(
+        "robot",
+        "joint",
+        &[("name", Text), ("type", Text)],
+        &[],
+        &["parent", "child"],
+    ),
     rule("robot", "material", &[("name", Text)], &[], &[]),
     rule("joint", "parent", &[("link", Text)], &[], &[]),
     rule("joint", "child", &[("link", Text)], &[], &[]),
@@ -56,26 +62,66 @@ const RULES: [Rule; 24] = [
         "joint",
         "limit",
         &[],
-        &[("lower", ONE), ("upper", ONE), ("effort", ONE), ("velocity", ONE)],
+        &[
+            ("lower", ONE),
+            ("upper", ONE),
+            ("effort", ONE),
+            ("velocity", ONE),
+        ],
         &[],
     ),
-    rule("joint", "mimic", &[("joint", Text)], &[("multiplier", ONE), ("offset", ONE)], &[]),
-    rule("joint", "dynamics", &[], &[("damping", ONE), ("friction", ONE)], &[]),
-    rule("joint", "calibration", &[], &[("rising", ONE), ("falling", ONE)], &[]),
+    rule(
+        "joint",
+        "mimic",
+        &[("joint", Text)],
+        &[("multiplier", ONE), ("offset", ONE)],
+        &[],
+    ),
+    rule(
+        "joint",
+        "dynamics",
+        &[],
+        &[("damping", ONE), ("friction", ONE)],
+        &[],
+    ),
+    rule(
+        "joint",
+        "calibration",
+        &[],
+        &[("rising", ONE), ("falling", ONE)],
+        &[],
+    ),
     rule(
         "joint",
         "safety_controller",
         &[("k_velocity", ONE)],
-        &[("soft_lower_limit", ONE), ("soft_upper_limit", ONE), ("k_position", ONE)],
+        &[
+            ("soft_lower_limit", ONE),
+            ("soft_upper_limit", ONE),
+            ("k_position", ONE),
+        ],
         &[],
     ),
-    rule("", "origin", &[], &[("xyz", Numbers(3)), ("rpy", Numbers(3))], &[]),
+    rule(
+        "",
+        "origin",
+        &[],
+        &[("xyz", Numbers(3)), ("rpy", Numbers(3))],
+        &[],
+    ),
     rule("link", "inertial", &[], &[], &["mass", "inertia"]),
     rule("inertial", "mass", &[("value", ONE)], &[], &[]),
     rule(
         "inertial",
         "inertia",
-        &[("ixx", ONE), ("ixy", ONE), ("ixz", ONE), ("iyy", ONE), ("iyz", ONE), ("izz", ONE)],
+        &[
+            ("ixx", ONE),
+            ("ixy", ONE),
+            ("ixz", ONE),
+            ("iyy", ONE),
+            ("iyz", ONE),
+            ("izz", ONE),
+        ],
         &[],
         &[],
     ),
@@ -84,15 +130,39 @@ const RULES: [Rule; 24] = [
     rule("visual", "material", &[("name", Text)], &[], &[]),
     rule("material", "color", &[("rgba", Numbers(4))], &[], &[]),
     rule("geometry", "box", &[("size", Numbers(3))], &[], &[]),
-    rule("geometry", "cylinder", &[("radius", ONE), ("length", ONE)], &[], &[]),
-    rule("geometry", "capsule", &[("radius", ONE), ("length", ONE)], &[], &[]),
+    rule(
+        "geometry",
+        "cylinder",
+        &[("radius", ONE), ("length", ONE)],
+        &[],
+        &[],
+    ),
+    rule(
+        "geometry",
+        "capsule",
+        &[("radius", ONE), ("length", ONE)],
+        &[],
+        &[],
+    ),
     rule("geometry", "sphere", &[("radius", ONE)], &[], &[]),
-    rule("geometry", "mesh", &[("filename", Text)], &[("scale", Numbers(3))], &[]),
+    rule(
+        "geometry",
+        "mesh",
+        &[("filename", Text)],
+        &[("scale", Numbers(3))],
+        &[],
+    ),
 ];
 
 /// Types of joints that are read, or refused by their name later.
 const JOINTS: [&str; 7] = [
-    "revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical",
+    "revolute",
+    "continuous",
+    "prismatic",
+    "fixed",
+    "floating",
+    "planar",
+    "spherical",
 ];
 
 /// Refuses what is no URDF, and URDF with missing or unreadable parts. `name` is that of the file. Returns the text with the
@@ -161,9 +231,9 @@ pub(super) fn check(name: &str, text: &str) -> Result<String, HandError> {
 /// The text with a velocity in every `<limit>`: the standard asks for one, and many files have none.
 fn with_velocities(text: &str, root: Node<'_, '_>) -> String {
     const TAG: &str = "<limit";
-    let limits = root.descendants().filter(|node| {
-        node.tag_name().name() == "limit" && !node.has_attribute("velocity")
-    });
+    let limits = root
+        .descendants()
+        .filter(|node| node.tag_name().name() == "limit" && !node.has_attribute("velocity"));
     let mut completed = String::with_capacity(text.len());
     let mut rest = 0;
     for limit in limits {
@@ -228,7 +298,8 @@ impl Form<'_, '_> {
 
     fn robot(&self, root: Node<'_, '_>) -> Result<(), HandError> {
         let parts = root.children().filter(Node::is_element);
-        let is_part = |node: &Node<'_, '_>| ["link", "joint", "material"].contains(&node.tag_name().name());
+        let is_part =
+            |node: &Node<'_, '_>| ["link", "joint", "material"].contains(&node.tag_name().name());
         if !root.children().any(|node| node.tag_name().name() == "link") {
             return Err(self.error(
                 root,
@@ -257,7 +328,10 @@ impl Form<'_, '_> {
                 self.attribute(node, name, value, false)?;
             }
             for &needed in rule.children {
-                if !node.children().any(|child| child.tag_name().name() == needed) {
+                if !node
+                    .children()
+                    .any(|child| child.tag_name().name() == needed)
+                {
                     let remedy = match needed {
                         "geometry" => format!("give it a shape, or delete the <{tag}>"),
                         _ => "add it".to_owned(),
@@ -274,7 +348,10 @@ impl Form<'_, '_> {
             }
             let of_link = ["visual", "collision"].contains(&name);
             if before.contains(&name) && !of_link {
-                return Err(self.error(child, format!("there is another <{name}> before it: delete one")));
+                return Err(self.error(
+                    child,
+                    format!("there is another <{name}> before it: delete one"),
+                ));
             }
             before.push(name);
             self.element(child)?;
@@ -321,7 +398,10 @@ impl Form<'_, '_> {
         }
         if words.len() != count {
             let (are, has) = (if count == 1 { "is" } else { "are" }, words.len());
-            return Err(self.error(node, format!("{name}=\"{text}\" has {has} numbers where {count} {are} needed")));
+            return Err(self.error(
+                node,
+                format!("{name}=\"{text}\" has {has} numbers where {count} {are} needed"),
+            ));
         }
         Ok(())
     }
@@ -332,10 +412,15 @@ impl Form<'_, '_> {
             return Ok(());
         };
         if !JOINTS.contains(&kind) {
-            let problem = format!("type=\"{kind}\": revolute, continuous, prismatic or fixed is needed");
+            let problem =
+                format!("type=\"{kind}\": revolute, continuous, prismatic or fixed is needed");
             return Err(self.error(joint, problem));
         }
-        let part = |name: &str| joint.children().find(|child| child.tag_name().name() == name);
+        let part = |name: &str| {
+            joint
+                .children()
+                .find(|child| child.tag_name().name() == name)
+        };
         let unit = match kind {
             "revolute" => "radians",
             "prismatic" => "metres",

@@ -7,6 +7,7 @@ mod experiments;
 mod flags;
 mod given_grasps;
 mod growing;
+mod hand_notes;
 mod interruptions;
 mod json;
 mod manuals;
