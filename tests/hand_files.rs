@@ -496,9 +496,209 @@ fn deep_nesting_is_refused() {
     ] {
         let error = Hand::from_urdf(&text, None).unwrap_err().to_string();
         assert!(
-            error.starts_with("the URDF cannot be read"),
+            error.contains("(hand, line 1)") || error.starts_with("hand, line 1"),
             "{}",
             &error[..100]
         );
     }
+}
+
+/// A hand of a palm and a finger, each with this content.
+fn two_links(palm: &str, finger: &str, more: &str) -> String {
+    format!(
+        r#"<robot name="r"><link name="palm">{palm}</link><link name="finger">{finger}</link>
+        <joint name="j" type="revolute"><parent link="palm"/><child link="finger"/><origin xyz="0 0 0.04"/><axis xyz="1 0 0"/>
+        <limit lower="0" upper="1.5" effort="1" velocity="1"/></joint>{more}</robot>"#
+    )
+}
+
+const BALL: &str = r#"<geometry><sphere radius="0.02"/></geometry>"#;
+const TETRAHEDRON: &str =
+    "v 0 0 0\nv 0.03 0 0\nv 0 0.03 0\nv 0 0 0.06\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+
+/// Axes and frames that a description draws are no part of the hand, wherever they are; without any collision geometry, what
+/// is drawn is the hand.
+#[test]
+fn marks_are_not_solid() {
+    let solid = format!("<collision>{BALL}</collision>");
+    let plain = Hand::from_urdf(&two_links(&solid, &solid, ""), None).unwrap();
+    assert!(plain.notes.is_empty(), "{:?}", plain.notes);
+    let axes = r#"<visual><geometry><cylinder radius="0.003" length="0.2"/></geometry></visual>"#;
+    let link = |name: &str, parent: &str| {
+        format!(
+            r#"<link name="{name}">{axes}</link><joint name="{name}_joint" type="fixed"><parent link="{parent}"/>
+            <child link="{name}"/></joint>"#
+        )
+    };
+    let marked = two_links(
+        &solid,
+        &solid,
+        &(link("axes", "palm") + &link("tip", "finger")),
+    );
+    let marked = Hand::from_urdf(&marked, None).unwrap();
+    let [note] = &marked.notes[..] else {
+        panic!("{:?}", marked.notes)
+    };
+    assert!(
+        note.starts_with(
+            "links \"axes\" and \"tip\" have no collision geometry, so visual geometry is left out"
+        ),
+        "{note}"
+    );
+    let shapes = |hand: &Hand| -> Vec<_> {
+        let capsules = hand.capsules.iter();
+        capsules
+            .map(|capsule| (capsule.a, capsule.b, capsule.radius_m))
+            .collect()
+    };
+    assert_eq!(shapes(&marked), shapes(&plain));
+    // Marks on the finger itself, beside its collision geometry, never counted.
+    let beside = Hand::from_urdf(&two_links(&solid, &(solid.clone() + axes), ""), None).unwrap();
+    assert_eq!(beside, plain);
+    // A mark that moves by a joint of its own.
+    let moved = two_links(&solid, axes, "");
+    let moved = Hand::from_urdf(&moved, None).unwrap();
+    assert_eq!(moved.capsules.len(), 1);
+    assert!(
+        moved.notes[0].starts_with("link \"finger\" has no"),
+        "{:?}",
+        moved.notes
+    );
+
+    let drawn = format!("<visual>{BALL}</visual>");
+    let drawn = Hand::from_urdf(&two_links(&drawn, &drawn, ""), None).unwrap();
+    assert_eq!(shapes(&drawn), shapes(&plain));
+    assert_eq!(
+        drawn.notes,
+        ["no link has collision geometry, so the visual geometry is the hand"]
+    );
+    // So in MJCF, where geoms that collide with nothing are drawn.
+    let mjcf = |geom: &str| {
+        let text = format!(
+            "<mujoco><worldbody><body name=\"palm\"><geom size=\"0.02\"/><body name=\"axes\">{geom}</body>\
+             <body name=\"finger\" pos=\"0 0 0.04\"><joint range=\"0 90\"/><geom size=\"0.02\"/></body></body></worldbody></mujoco>"
+        );
+        Hand::from_urdf(&text, None).unwrap()
+    };
+    let marked =
+        mjcf("<geom type=\"capsule\" size=\"0.003 0.1\" contype=\"0\" conaffinity=\"0\"/>");
+    assert_eq!(shapes(&marked), shapes(&mjcf("")));
+    assert!(
+        marked.notes[0].starts_with("link \"axes\" has no"),
+        "{:?}",
+        marked.notes
+    );
+}
+
+/// A finger without collision geometry of its own keeps the mesh that is drawn of it, and the program says so.
+#[test]
+fn drawn_meshes_of_bodies_without_collisions_count() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("finger.obj"), TETRAHEDRON).unwrap();
+    let path = folder.path().join("hand.urdf");
+    let mesh = r#"<visual><geometry><mesh filename="finger.obj"/></geometry></visual>"#;
+    let solid = format!("<collision>{BALL}</collision>");
+    fs::write(&path, two_links(&solid, mesh, "")).unwrap();
+    let hand = load(&path);
+    let finger = hand.link("finger").unwrap();
+    assert!(hand.surface.iter().any(|point| point.link == finger));
+    assert!(
+        hand.notes[0].starts_with(
+            "link \"finger\" has no collision geometry, and no link fixed to it has any"
+        ),
+        "{:?}",
+        hand.notes
+    );
+    // Fixed to a finger that collides, it is decoration.
+    let more = format!(
+        r#"<link name="shell">{mesh}</link><joint name="k" type="fixed"><parent link="finger"/><child link="shell"/></joint>"#
+    );
+    fs::write(&path, two_links(&solid, &solid, &more)).unwrap();
+    let hand = load(&path);
+    let shell = hand.link("shell").unwrap();
+    assert!(hand.surface.iter().all(|point| point.link != shell));
+    assert!(
+        hand.notes[0].contains("\"shell\" has no collision geometry, so visual"),
+        "{:?}",
+        hand.notes
+    );
+}
+
+/// By the standard the limits of a continuous joint mean nothing, which is rarely meant.
+#[test]
+fn limits_of_an_endless_joint_are_doubted() {
+    let solid = format!("<collision>{BALL}</collision>");
+    let text = two_links(&solid, &solid, "").replace("revolute", "continuous");
+    let hand = Hand::from_urdf(&text, None).unwrap();
+    assert!(hand.joints[0].wraps);
+    assert_eq!(
+        hand.notes,
+        [
+            "joint \"j\": it is continuous and turns endlessly, although it has limits (0° to 86°); probably it should stop \
+          there; write type=\"revolute\" for the limits to hold, or delete them"
+        ]
+    );
+    let bare = text.replace("lower=\"0\" upper=\"1.5\" ", "");
+    assert_ne!(bare, text);
+    assert!(Hand::from_urdf(&bare, None).unwrap().notes.is_empty());
+}
+
+/// One tetrahedron in all formats of meshes gives one hand.
+#[test]
+fn meshes_of_all_formats_give_the_same_hand() {
+    let folder = tempfile::tempdir().unwrap();
+    let solid = format!("<collision>{BALL}</collision>");
+    let of = |name: &str, bytes: &[u8]| {
+        fs::write(folder.path().join(name), bytes).unwrap();
+        let mesh =
+            format!(r#"<collision><geometry><mesh filename="{name}"/></geometry></collision>"#);
+        let path = folder.path().join("hand.urdf");
+        fs::write(&path, two_links(&solid, &mesh, "")).unwrap();
+        load(&path)
+    };
+    let obj = of("tip.obj", TETRAHEDRON.as_bytes());
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 4\n\
+               property list uchar int vertex_indices\nend_header\n0 0 0\n0.03 0 0\n0 0.03 0\n0 0 0.06\n3 0 2 1\n3 0 1 3\n\
+               3 0 3 2\n3 1 2 3\n";
+    assert_eq!(of("tip.ply", ply.as_bytes()), obj);
+    // In centimetres, and turned for viewers only.
+    let dae = r##"<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset><unit meter="0.01"/>
+        <up_axis>Y_UP</up_axis></asset><library_geometries><geometry id="g"><mesh><source id="s"><float_array id="a" count="12">
+        0 0 0 3 0 0 0 3 0 0 0 6</float_array><technique_common><accessor source="#a" count="4" stride="3"/></technique_common>
+        </source><vertices id="v"><input semantic="POSITION" source="#s"/></vertices><triangles count="4">
+        <input semantic="VERTEX" source="#v" offset="0"/><p>0 2 1 0 1 3 0 3 2 1 2 3</p></triangles></mesh></geometry>
+        </library_geometries><library_visual_scenes><visual_scene id="w"><node><instance_geometry url="#g"/></node></visual_scene>
+        </library_visual_scenes><scene><instance_visual_scene url="#w"/></scene></COLLADA>"##;
+    let dae = of("tip.DAE", dae.as_bytes());
+    assert_same_surface(&dae, &obj);
+    let numbers = [
+        0.0f32, 0.0, 0.0, 0.03, 0.0, 0.0, 0.0, 0.03, 0.0, 0.0, 0.0, 0.06,
+    ];
+    let faces = [0u16, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3];
+    let mut data: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
+    data.extend(faces.iter().flat_map(|corner| corner.to_le_bytes()));
+    fs::write(folder.path().join("tip.bin"), data).unwrap();
+    let gltf = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"},{"bufferView":1,"componentType":5123,"count":12,"type":"SCALAR"}],
+        "bufferViews":[{"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":24}],"buffers":[{"byteLength":72,"uri":"tip.bin"}]}"#;
+    assert_eq!(of("tip.gltf", gltf.as_bytes()), obj);
+}
+
+/// The same geometry up to the rounding of 32-bit numbers.
+fn assert_same_surface(one: &Hand, other: &Hand) {
+    assert_eq!(one.surface.len(), other.surface.len());
+    for (a, b) in one.surface.iter().zip(&other.surface) {
+        assert!((a.point - b.point).norm() < 1e-6, "{a:?} {b:?}");
+    }
+    assert_eq!(one.capsules.len(), other.capsules.len());
+}
+
+/// A published mesh as glTF and as COLLADA.
+#[test]
+fn gltf_and_collada_of_one_mesh_agree() {
+    let Some(folder) = published() else { return };
+    let folder = folder.join("../strangers/hands");
+    let [gltf, collada] = ["mesh_glb.urdf", "mesh_dae.urdf"].map(|name| load(&folder.join(name)));
+    assert_same_surface(&gltf, &collada);
+    assert!(gltf.notes.is_empty() && collada.notes.is_empty());
 }

@@ -343,7 +343,29 @@ fn circles_and_ways_out_are_refused() {
     fs::write(&path, "<mujoco>\n<include file=\"ring.xml\"/></mujoco>").unwrap();
     let error = HandFiles::load(&path).unwrap_err().to_string();
     assert!(
-        error.contains("line 2") && error.contains("twice"),
+        error.contains("line 2") && error.contains("ring.xml includes itself"),
+        "{error}"
+    );
+    fs::write(
+        folder.path().join("b.xml"),
+        "<mujocoinclude><include file=\"./ring.xml\"/></mujocoinclude>",
+    )
+    .unwrap();
+    fs::write(&path, "<mujoco>\n<include file=\"b.xml\"/></mujoco>").unwrap();
+    let error = HandFiles::load(&path).unwrap_err().to_string();
+    assert!(
+        error.contains("ring.xml includes itself by way of b.xml"),
+        "{error}"
+    );
+    fs::write(folder.path().join("b.xml"), "<mujocoinclude/>").unwrap();
+    fs::write(
+        &path,
+        "<mujoco><include file=\"b.xml\"/>\n<include file=\"b.xml\"/></mujoco>",
+    )
+    .unwrap();
+    let error = HandFiles::load(&path).unwrap_err().to_string();
+    assert!(
+        error.contains("line 2") && error.contains("b.xml is included a second time"),
         "{error}"
     );
 

@@ -157,9 +157,10 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
             .len()
             .min(command.first.unwrap_or(usize::MAX));
         let all = mapped == file.grasps.len();
-        // Numbers in these sentences count the grasps of the file.
+        let of_hand: Vec<String> = population.hand.warnings().collect();
+        // Numbers in the other sentences count the grasps of the file.
         let warnings = warnings.iter().map(|warning| {
-            if all {
+            if all || of_hand.contains(warning) {
                 warning.clone()
             } else {
                 format!("of the whole file: {warning}")

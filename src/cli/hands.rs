@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::args::Common;
 use super::input;
-use super::output::{check_file, check_side_file};
+use super::output::{check_picture, check_side_file, source_of};
 use crate::cli::printing::{complain, print, print_json};
 use crate::figure::{Image, Marker, Scene, Surface, contact_sheet_canvas};
 use crate::hand::{Ball, HAND_NAMES, Hand, JointKind, Link, LinkId, Motion, PosedHand, Skin};
@@ -129,7 +129,8 @@ fn inspect(command: &HandsInspect, common: &Common) -> anyhow::Result<()> {
         command.mirror,
     )?;
     let picture = picture(command);
-    check_file(&picture, &[Path::new(&command.hand)], common.force)?;
+    let source = source_of(&command.hand, &HAND_NAMES, &picture);
+    check_picture(&picture, &command.hand, &source, common.force)?;
     if let Some(side_file) = &command.side_file {
         check_side_file(side_file, common.force)?;
     }
@@ -144,7 +145,8 @@ fn inspect(command: &HandsInspect, common: &Common) -> anyhow::Result<()> {
     print(&table(&hand));
     let sheet = sheet(&hand);
     let (images, captions): (Vec<Image>, Vec<String>) = sheet.into_iter().unzip();
-    let sheet = contact_sheet_canvas(&images, &captions, 3).encode(&picture);
+    let sheet = contact_sheet_canvas(&images, &captions, 3).made_of(source);
+    let sheet = sheet.encode(&picture);
     let sheet = sheet.with_context(|| format!("--picture {}", picture.display()))?;
     let mut outputs = FileSet::default();
     outputs.add(&picture, &sheet)?;

@@ -97,7 +97,7 @@ pub(super) fn all_known(
 }
 
 /// Reads a file of grasps, with hand and object from `--hand` and `--object` if given. If these differ from those in the
-/// file, all measures are computed anew. Also returns warnings.
+/// file, all measures are computed anew. Also returns warnings, the last of which are those of the hands.
 pub(super) fn read(
     path: &Path,
     hand_flag: Option<&str>,
@@ -110,7 +110,8 @@ pub(super) fn read(
             None => None,
         },
     };
-    let (file, warnings) = study::read_grasps(path, overrides)?;
+    let (file, mut warnings) = study::read_grasps(path, overrides)?;
+    warnings.extend(file.metadata.hands.iter().flat_map(HandMetadata::warnings));
     explain(|| {
         let pairs: Vec<String> = (file.landscapes().iter())
             .map(|pair| {

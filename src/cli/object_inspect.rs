@@ -9,12 +9,12 @@ use nalgebra::Vector3;
 use serde_json::{Value, json};
 
 use super::args::{Common, within};
-use super::output::{check_file, check_side_file};
+use super::output::{check_picture, check_side_file, source_of};
 use super::{input, progress};
 use crate::cli::printing::{complain, print, print_json};
 use crate::figure::{Image, Scene, Surface, contact_sheet_canvas};
 use crate::limits::OBJECT_SCALE;
-use crate::object::{Description, FoundSymmetry, Object, find_symmetry};
+use crate::object::{Description, FoundSymmetry, OBJECT_NAMES, Object, find_symmetry};
 use crate::printable::counted;
 use crate::space::Symmetry;
 use crate::store::FileSet;
@@ -80,7 +80,8 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
     .to_owned();
     named.push(".png");
     let picture = command.picture.clone().unwrap_or(named.into());
-    check_file(&picture, &[Path::new(&command.object)], common.force)?;
+    let source = source_of(&command.object, &OBJECT_NAMES, &picture);
+    check_picture(&picture, &command.object, &source, common.force)?;
     if let Some(side_file) = &command.side_file {
         check_side_file(side_file, common.force)?;
     }
@@ -103,7 +104,8 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
     print(&table(&object, &found, tolerance_m));
     input::warn(&notes);
     let (images, captions): (Vec<Image>, Vec<String>) = sheet(&object).into_iter().unzip();
-    let sheet = contact_sheet_canvas(&images, &captions, 3).encode(&picture);
+    let sheet = contact_sheet_canvas(&images, &captions, 3).made_of(source);
+    let sheet = sheet.encode(&picture);
     let sheet = sheet.with_context(|| format!("--picture {}", picture.display()))?;
     let mut outputs = FileSet::default();
     outputs.add(&picture, &sheet)?;

@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use super::args::Common;
 use crate::figure::MAKER;
-use crate::store::GraspFile;
+use crate::store::{GraspFile, content_hash};
 
 /// Number of bytes at each end of a file that are searched for its maker.
 const LOOKED_AT: u64 = 4096;
@@ -33,6 +33,49 @@ pub(super) fn check_file(output: &Path, inputs: &[&Path], force: bool) -> anyhow
         output.display()
     );
     Ok(())
+}
+
+/// Rejects a picture as [`check_file`] does, and (without `--force`) if it shows something else than `source`, which is what
+/// [`source_of`] returned for it.
+pub(super) fn check_picture(
+    picture: &Path,
+    input: &str,
+    source: &str,
+    force: bool,
+) -> anyhow::Result<()> {
+    check_file(picture, &[Path::new(input)], force)?;
+    let png = |path: &Path| {
+        path.extension()
+            .is_some_and(|ending| ending.eq_ignore_ascii_case("png"))
+    };
+    if force || !png(picture) || !picture.exists() {
+        return Ok(());
+    }
+    let mark = format!("Source\0{source}");
+    let [head, _] = ends(picture)?;
+    ensure!(
+        head.windows(mark.len())
+            .any(|window| window == mark.as_bytes()),
+        "{} shows something else than {input}: name another picture (-o), or overwrite it (--force)",
+        picture.display()
+    );
+    Ok(())
+}
+
+/// What a picture was made of: a name that the program knows, or a hash of where the file is, seen from the picture if it is
+/// in the same folder or below, so that a folder can be moved.
+pub(super) fn source_of(input: &str, names: &[&str], picture: &Path) -> String {
+    if names.contains(&input) {
+        return input.to_owned();
+    }
+    let whole = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let folder = picture.parent().filter(|folder| *folder != Path::new(""));
+    let (file, folder) = (
+        whole(Path::new(input)),
+        whole(folder.unwrap_or(Path::new("."))),
+    );
+    let place = file.strip_prefix(&folder).unwrap_or(&file);
+    content_hash(&[place.to_string_lossy().as_bytes()])
 }
 
 /// Rejects a side file before any work if it cannot be written, or (without `--force`) if it exists, because users edit

@@ -369,8 +369,12 @@ fn origin(command: &Synth, common: &Common) -> anyhow::Result<(Origin, Vec<Strin
     let (mut object, notes) = input::object(object, command.scale)?;
     input::rename(&mut object, command.name.as_deref())?;
     let hand = command.hand.as_deref().unwrap_or("human");
+    let hand = input::hand(hand, command.hand_folder.as_deref(), command.mirror)?;
+    if !common.quiet {
+        input::warn(&hand.warnings().collect::<Vec<_>>());
+    }
     let origin = Origin {
-        hand: input::hand(hand, command.hand_folder.as_deref(), command.mirror)?,
+        hand,
         object,
         scale: command.scale.unwrap_or(1.0),
         given: Vec::new(),

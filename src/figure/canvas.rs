@@ -60,6 +60,8 @@ pub struct Canvas {
     height: u32,
     pixels_per_unit: u32,
     marks: Vec<Mark>,
+    /// What the picture was made of.
+    source: Option<String>,
 }
 
 impl Canvas {
@@ -70,6 +72,16 @@ impl Canvas {
             height,
             pixels_per_unit: 2,
             marks: Vec::new(),
+            source: None,
+        }
+    }
+
+    /// Says in PNG files what the picture was made of, so that one of something else is not taken for it.
+    #[must_use]
+    pub fn made_of(self, source: String) -> Self {
+        Self {
+            source: Some(source),
+            ..self
         }
     }
 
@@ -308,7 +320,7 @@ impl Canvas {
         let ending = path.extension().and_then(|ending| ending.to_str());
         match ending.map(str::to_ascii_lowercase).as_deref() {
             Some("svg") => Ok(self.to_svg()?.into_bytes()),
-            Some("png") => self.to_image()?.to_png(),
+            Some("png") => self.to_image()?.to_png_of(self.source.as_deref()),
             _ => Err(FigureError::Format(path.to_owned())),
         }
     }

@@ -31,6 +31,11 @@ impl Image {
     /// # Errors
     /// [`FigureError::Draw`] if the image is empty or its bytes do not match its size.
     pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
+        self.to_png_of(None)
+    }
+
+    /// As [`Image::to_png`], with a text in the file that says what the picture was made of.
+    pub(super) fn to_png_of(&self, source: Option<&str>) -> Result<Vec<u8>, FigureError> {
         let refuse = |error: png::EncodingError| FigureError::Draw(error.to_string());
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.width, self.height);
@@ -40,6 +45,12 @@ impl Image {
         encoder
             .add_text_chunk("Software".to_owned(), MAKER.to_owned())
             .map_err(refuse)?;
+        if let Some(source) = source {
+            let source = source.to_owned();
+            encoder
+                .add_text_chunk("Source".to_owned(), source)
+                .map_err(refuse)?;
+        }
         let mut writer = encoder.write_header().map_err(refuse)?;
         writer.write_image_data(&self.rgb).map_err(refuse)?;
         writer.finish().map_err(refuse)?;

@@ -13,6 +13,7 @@ use nalgebra::Vector3;
     expect(dead_code, reason = "the part that only pickles and tables need")
 )]
 pub(crate) mod array;
+pub(crate) mod collada;
 #[cfg(feature = "cli")]
 pub(crate) mod csv_text;
 pub(crate) mod gltf;
@@ -56,6 +57,11 @@ impl Triangles {
 pub(crate) fn ending(path: &Path) -> String {
     let ending = path.extension().unwrap_or_default();
     ending.to_string_lossy().to_lowercase()
+}
+
+/// Whether these bytes are a pointer of Git LFS, which stands for a file until `git lfs pull` has fetched it.
+pub(crate) fn lfs_pointer(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"version https://git-lfs.github.com/spec/")
 }
 
 /// The bytes of a file of triangles.

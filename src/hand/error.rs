@@ -25,9 +25,9 @@ pub enum HandError {
     /// No description at all.
     #[error("there is no description of a hand")]
     NoDescription,
-    /// A problem with an element of an MJCF document.
+    /// A problem with an element of a description.
     #[error("{place}: {problem}")]
-    Mjcf {
+    Element {
         /// Element, file and line.
         place: String,
         /// What is wrong with it.
@@ -44,9 +44,16 @@ pub enum HandError {
         "this is no description of a hand, which is a URDF or MJCF file (XML) or a MANO file (.npz)"
     )]
     NotADescription,
-    /// The description is not valid XML, or its elements are nested too deeply.
-    #[error("the URDF cannot be read: {0}")]
-    Xml(String),
+    /// The description is in a format that is not read.
+    #[error("{file}: {format} is not read: {remedy}")]
+    OtherFormat {
+        /// The file.
+        file: String,
+        /// The name of the format.
+        format: &'static str,
+        /// What to do.
+        remedy: String,
+    },
     /// The description is not a URDF document.
     #[error("the URDF cannot be read: {0}")]
     Urdf(#[from] urdf_rs::UrdfError),
@@ -73,7 +80,8 @@ pub enum HandError {
     },
     /// A link is the child of two joints.
     #[error(
-        "link \"{link}\" is the child of two joints, \"{first}\" and \"{second}\", so the links form no tree"
+        "link \"{link}\" is the child of two joints, \"{first}\" and \"{second}\", but the links of a hand form a tree: delete \
+         one of the two; if they close a loop, let the other joints of the loop follow one of them (<mimic>)"
     )]
     TwoParents {
         /// The link.
@@ -118,7 +126,9 @@ pub enum HandError {
         joint: String,
     },
     /// The limits leave no range.
-    #[error("joint \"{joint}\" may move from {lower} to {upper}: that is no range")]
+    #[error(
+        "joint \"{joint}\" may move from {lower} to {upper}: give it finite limits, the lower below the upper"
+    )]
     EmptyRange {
         /// The joint.
         joint: String,

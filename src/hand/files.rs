@@ -9,6 +9,7 @@ use super::model::Model;
 use super::side_file::SideFile;
 use super::sources::{Disk, Files, bytes, text_of};
 use super::{HandError, mano, mjcf, side_file, urdf};
+use crate::formats::{ending, lfs_pointer};
 
 /// A file, under the name by which the description refers to it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -37,7 +38,7 @@ impl HandFiles {
     }
 
     /// Reads the URDF or MJCF file at `path`, the JSON side file of the same stem if there is one, and every file
-    /// these refer to: meshes (OBJ, STL, MSH) and included files. References are relative to the folder of `path`.
+    /// these refer to: meshes (OBJ, STL, PLY, glTF, COLLADA, MSH) and included files. References are relative to the folder of `path`.
     /// `package://name/…` is looked for in that folder and in those above it up to `within`, with and without the
     /// folder `name`.
     ///
@@ -47,6 +48,7 @@ impl HandFiles {
     /// # Errors
     /// If a file cannot be read or does not describe a hand; the message names the file, the element and what to do.
     pub fn load_within(path: &Path, within: &Path) -> Result<Self, HandError> {
+        refuse_other(path)?;
         let text = if mano::is_archive(path) {
             mano::description(
                 path,
@@ -167,7 +169,7 @@ impl HandFiles {
         let mut model = if mjcf::is_mjcf(&main.text) {
             mjcf::read(&main.name, &main.text, files)?
         } else {
-            urdf::read(&main.text, files)?
+            urdf::read(&main.name, &main.text, files)?
         };
         model.remove(&self.side()?.without)?;
         model.check_limits()?;
@@ -192,11 +194,34 @@ fn folder_of(path: &Path) -> PathBuf {
     folder.unwrap_or(Path::new(".")).to_owned()
 }
 
+/// Refuses formats of robots and scenes that are not read, by the ending of the file.
+fn refuse_other(path: &Path) -> Result<(), HandError> {
+    let (format, remedy) = match ending(path).as_str() {
+        "usd" | "usda" | "usdc" | "usdz" => ("USD", "export the hand as URDF or MJCF"),
+        "sdf" => ("SDF", "give the URDF or MJCF of the hand"),
+        "mjb" => (
+            "MuJoCo's binary format",
+            "save the model as MJCF (mj_saveLastXML)",
+        ),
+        _ => return Ok(()),
+    };
+    Err(HandError::OtherFormat {
+        file: path.display().to_string(),
+        format,
+        remedy: remedy.to_owned(),
+    })
+}
+
 fn read(path: &Path) -> Result<String, HandError> {
     let problem = |problem: String| HandError::File {
         path: path.to_owned(),
         problem,
     };
     let bytes = bytes(path).map_err(problem)?;
+    if lfs_pointer(&bytes) {
+        let told =
+            "it is a Git LFS pointer in place of the file: run `git lfs pull` in its repository";
+        return Err(problem(told.to_owned()));
+    }
     text_of(bytes).map_err(problem)
 }

@@ -48,7 +48,7 @@ impl Geometry {
     /// Spheres and capsules are kept; every other form becomes its convex hull, filled with capsules. A mesh of several
     /// pieces may become a hull of each.
     ///
-    /// The collision geometry of a link is used; a link without any uses its visual geometry.
+    /// The collision geometry counts. Visual geometry counts as [`counted`] says.
     pub(super) fn of(
         model: &Model,
         side: &SideFile,
@@ -65,23 +65,20 @@ impl Geometry {
                 });
             }
         }
-        let own = |body: &&Body| !side.capsules.contains_key(&body.name);
-        let parts = model
-            .bodies
-            .iter()
-            .filter(own)
-            .map(|body| used(body).count());
+        let (parts, told) = counted(model, side);
+        notes.extend(told);
         let advice = "give the links fewer pieces, or capsules in the side file (\"capsules\")";
-        check_count("pieces of geometry", parts.sum(), MOST_PARTS, advice)?;
+        let count = parts.iter().map(Vec::len).sum();
+        check_count("pieces of geometry", count, MOST_PARTS, advice)?;
         let mut geometry = Self::default();
-        for (l, (link, body)) in links.iter().zip(&model.bodies).enumerate() {
+        for (l, (link, parts)) in links.iter().zip(&parts).enumerate() {
             let id = LinkId(l);
             if let Some(entries) = side.capsules.get(&link.name) {
                 geometry.add_capsules(id, entries, true, &link.name)?;
                 continue;
             }
             let filling = side.filling.get(&link.name);
-            for part in used(body) {
+            for part in parts {
                 let added = geometry.add(id, part, filling.is_none(), &link.name)?;
                 if !added {
                     notes.push(format!(
@@ -140,9 +137,8 @@ impl Geometry {
 
     /// Refuses meshes that are needed but could not be read.
     pub(super) fn check_meshes(model: &Model, side: &SideFile) -> Result<(), HandError> {
-        let own = |body: &&Body| !side.capsules.contains_key(&body.name);
-        for body in model.bodies.iter().filter(own) {
-            for part in used(body) {
+        for (body, parts) in model.bodies.iter().zip(counted(model, side).0) {
+            for part in parts {
                 if let Form::Unread(_) = part.form {
                     points(&part.form, &body.name)?;
                 }
@@ -208,10 +204,87 @@ impl Geometry {
     }
 }
 
-/// The collision parts of a body, or its visual parts if it has no others.
-fn used(body: &Body) -> impl Iterator<Item = &Part> {
-    let solid = body.parts.iter().any(|part| part.solid);
-    body.parts.iter().filter(move |part| part.solid == solid)
+/// For each body the parts that count, and notes on the visual parts.
+///
+/// Collision parts count. Visual parts count only of bodies without collision parts: all of them if no body of the hand has
+/// any; otherwise meshes, if the body is fixed to none that has. Other visual parts are marks for drawing, such as axes.
+/// Bodies with capsules in the side file have no parts.
+fn counted<'a>(model: &'a Model, side: &SideFile) -> (Vec<Vec<&'a Part>>, Vec<String>) {
+    let solid = |body: &Body| body.parts.iter().any(|part| part.solid);
+    let own = |body: &Body| !side.capsules.contains_key(&body.name);
+    let any = model.bodies.iter().any(solid);
+    // For each body the first of those that are fixed to each other.
+    let mut rigid: Vec<usize> = Vec::new();
+    for (b, body) in model.bodies.iter().enumerate() {
+        let above = body.parent.filter(|_| body.joint.is_none());
+        rigid.push(above.map_or(b, |parent| rigid[parent]));
+    }
+    let mut has_solid = vec![false; rigid.len()];
+    for (body, &first) in model.bodies.iter().zip(&rigid) {
+        has_solid[first] |= solid(body) || !own(body);
+    }
+    let (mut left_out, mut taken) = (Vec::new(), Vec::new());
+    let parts = model.bodies.iter().zip(&rigid).map(|(body, &first)| {
+        if !own(body) {
+            return Vec::new();
+        }
+        let visual = !solid(body);
+        let counts = |part: &&Part| match part.form {
+            _ if !visual => part.solid,
+            _ if !any => true,
+            Form::Mesh(_) | Form::Unread(_) => !has_solid[first],
+            _ => false,
+        };
+        let parts: Vec<&Part> = body.parts.iter().filter(counts).collect();
+        if visual && !body.parts.is_empty() {
+            let names = if parts.is_empty() {
+                &mut left_out
+            } else {
+                &mut taken
+            };
+            names.push(body.name.as_str());
+        }
+        parts
+    });
+    let parts = parts.collect();
+    let mut notes = Vec::new();
+    if !any && !taken.is_empty() {
+        notes.push("no link has collision geometry, so the visual geometry is the hand".to_owned());
+    } else if !taken.is_empty() {
+        notes.push(format!(
+            "{} no collision geometry, and no link fixed to it has any, so visual meshes are taken in its place; add collision \
+             geometry for another shape",
+            having(&taken)
+        ));
+    }
+    if !left_out.is_empty() {
+        notes.push(format!(
+            "{} no collision geometry, so visual geometry is left out there; add collision geometry, or capsules in the side \
+             file, if objects can touch it",
+            having(&left_out)
+        ));
+    }
+    (parts, notes)
+}
+
+/// `links "a" and "b" have`, with at most eight names.
+fn having(names: &[&str]) -> String {
+    const MOST: usize = 8;
+    let quoted: Vec<String> = names
+        .iter()
+        .take(MOST)
+        .map(|name| format!("\"{name}\""))
+        .collect();
+    match (quoted.as_slice(), names.len()) {
+        ([name], 1) => format!("link {name} has"),
+        ([others @ .., last], count) if count <= MOST => {
+            format!("links {} and {last} have", others.join(", "))
+        }
+        (quoted, count) => {
+            let more = count - quoted.len();
+            format!("links {} and {more} more have", quoted.join(", "))
+        }
+    }
 }
 
 /// The mesh itself if it has few enough triangles, otherwise the hull.

@@ -1,25 +1,38 @@
-//! Mesh files of hands: reads OBJ, STL and MSH as triangles, and writes OBJ text.
+//! Mesh files of hands: reads them as triangles, and writes OBJ text.
+//!
+//! Coordinates are used as they are in the file, as programs of ROS do: glTF (whose scenes have y up) and COLLADA (which
+//! names its own axis) are not turned.
 
 use std::path::Path;
 
-use crate::formats::{Triangles, ending, msh, obj, stl};
+use crate::formats::{Triangles, collada, ending, gltf, lfs_pointer, msh, obj, ply, stl};
 
 /// Converts a mesh file of the kind that its name says to OBJ text: only vertices and triangles, with every digit kept.
-pub(super) fn to_obj(name: &str, bytes: &[u8]) -> Result<String, String> {
+/// `folder` contains the files that it names.
+pub(super) fn to_obj(name: &str, bytes: &[u8], folder: &Path) -> Result<String, String> {
+    if lfs_pointer(bytes) {
+        return Err(
+            "it is a Git LFS pointer in place of the mesh: run `git lfs pull` in its repository"
+                .to_owned(),
+        );
+    }
     let mesh = match ending(Path::new(name)).as_str() {
         "obj" => triangles(bytes)?,
         "stl" => checked(stl::read(bytes).map_err(|error| format!("it is no STL file: {error}"))?)?,
         "msh" => checked(msh::read(bytes)?)?,
+        "ply" => checked(ply::read(bytes)?)?,
+        "gltf" | "glb" => checked(gltf::read(bytes, folder)?)?,
+        "dae" => checked(collada::read(bytes)?)?,
         kind => {
             return Err(format!(
-                "meshes of the kind \".{kind}\" are not supported: convert this one to .obj or .stl"
+                "meshes of the kind \".{kind}\" are not read: convert this one to .obj, .stl, .ply, .glb or .dae"
             ));
         }
     };
     Ok(obj::write(&mesh.vertices, &mesh.triangles, |vertex| {
         #[expect(
             clippy::cast_possible_truncation,
-            reason = "all formats hold 32-bit numbers"
+            reason = "meshes have 32-bit numbers: those of nearly all files, and enough for a hand"
         )]
         let [x, y, z] = [vertex.x as f32, vertex.y as f32, vertex.z as f32];
         format!("{x} {y} {z}")
@@ -72,6 +85,7 @@ mod tests {
             .collect();
         msh.extend(corners.iter().flatten().flat_map(|x| x.to_le_bytes()));
         msh.extend(faces.iter().flatten().flat_map(|x| x.to_le_bytes()));
+        let to_obj = |name, bytes: &[u8]| to_obj(name, bytes, Path::new(""));
         let text = to_obj("a.msh", &msh).unwrap();
         assert_eq!(to_obj("b.OBJ", text.as_bytes()).unwrap(), text);
         let read = triangles(text.as_bytes()).unwrap();
@@ -91,6 +105,9 @@ mod tests {
         assert_eq!((read.vertices.len(), read.triangles.len()), (4, 4));
     }
 
+    const POINTER: &[u8] =
+        b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 12345\n";
+
     #[test]
     fn what_is_no_mesh_is_refused() {
         for (name, bytes) in [
@@ -105,8 +122,12 @@ mod tests {
                 b"\xff\xff\xff\x7f\xff\xff\xff\x7f\xff\xff\xff\x7f\xff\xff\xff\x7f",
             ),
             ("a.msh", b""),
+            ("a.stl", POINTER),
         ] {
-            assert!(to_obj(name, bytes).is_err(), "{name}: {bytes:?}");
+            let refused = to_obj(name, bytes, Path::new("")).is_err();
+            assert!(refused, "{name}: {bytes:?}");
         }
+        let told = to_obj("a.obj", POINTER, Path::new("")).unwrap_err();
+        assert!(told.contains("git lfs pull"), "{told}");
     }
 }

@@ -32,6 +32,7 @@ mod solid;
 mod sources;
 mod surface;
 mod urdf;
+mod urdf_form;
 mod volar;
 
 use nalgebra::{Matrix3, Vector3};
@@ -375,13 +376,14 @@ impl Hand {
     /// refers to.
     ///
     /// Joints may be hinges, slides, fixed, or follow others. Geometry may be spheres, capsules, cylinders, boxes,
-    /// ellipsoids and meshes; a mesh is replaced by its convex hull, or by those of its pieces. The collision geometry of a link is used, or its
-    /// visual geometry if it has no other. Joint coordinates have the order of the joints in the file. [`Hand::notes`]
+    /// ellipsoids and meshes; a mesh is replaced by its convex hull, or by those of its pieces. The collision geometry is used.
+    /// Visual geometry counts if the hand has no other; beside collision geometry, only visual meshes of rigid bodies without
+    /// any count. Joint coordinates have the order of the joints in the file. [`Hand::notes`]
     /// lists what was left out.
     ///
     /// # Errors
     /// If a text cannot be read, the joints do not form one tree, or a joint or a link's geometry is of an unsupported
-    /// kind. The message names it, in MJCF with its line.
+    /// kind. The message names it, with its line where the form of the document is wrong.
     pub fn from_files(files: &HandFiles) -> Result<Self, HandError> {
         description::read(files, files)
     }

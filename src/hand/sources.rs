@@ -52,10 +52,11 @@ impl Disk {
             .collect()
     }
 
+    /// The text of a file as `convert` makes it of its bytes and its folder.
     fn remember(
         &self,
         reference: &str,
-        convert: impl FnOnce(Vec<u8>) -> Result<String, String>,
+        convert: impl FnOnce(Vec<u8>, &Path) -> Result<String, String>,
     ) -> Result<String, String> {
         if let Some(text) = self.found.borrow().get(reference) {
             return Ok(text.clone());
@@ -74,7 +75,7 @@ impl Disk {
             ));
         }
         let bytes = bytes(&path).map_err(unreadable)?;
-        let text = convert(bytes)?;
+        let text = convert(bytes, path.parent().unwrap_or(&self.folder))?;
         self.found
             .borrow_mut()
             .insert(reference.to_owned(), text.clone());
@@ -84,11 +85,13 @@ impl Disk {
 
 impl Files for Disk {
     fn include(&self, reference: &str) -> Result<String, String> {
-        self.remember(reference, text_of)
+        self.remember(reference, |bytes, _| text_of(bytes))
     }
 
     fn mesh(&self, reference: &str) -> Result<String, String> {
-        self.remember(reference, |bytes| mesh::to_obj(reference, &bytes))
+        self.remember(reference, |bytes, folder| {
+            mesh::to_obj(reference, &bytes, folder)
+        })
     }
 }
 

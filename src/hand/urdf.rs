@@ -8,11 +8,12 @@ use urdf_rs::{Geometry, JointType, Pose, Robot};
 use super::mesh::triangles;
 use super::model::{Body, Coupling, Form, Model, ModelJoint, Part, check_tree};
 use super::sources::Files;
-use super::{Frame, HandError, JointKind};
+use super::{Frame, HandError, JointKind, urdf_form};
+use crate::doubt::Doubt;
 
-pub(super) fn read(text: &str, files: &dyn Files) -> Result<Model, HandError> {
-    check_nesting(text)?;
-    let robot = urdf_rs::read_from_string(text)?;
+/// Reads the text of the file `name`.
+pub(super) fn read(name: &str, text: &str, files: &dyn Files) -> Result<Model, HandError> {
+    let robot = urdf_rs::read_from_string(&urdf_form::check(name, text)?)?;
     let mut model = Model {
         name: robot.name.clone(),
         ..Model::default()
@@ -49,36 +50,6 @@ pub(super) fn read(text: &str, files: &dyn Files) -> Result<Model, HandError> {
         }),
         None => Ok(model),
     }
-}
-
-/// Deepest nesting of elements.
-const DEEPEST: u32 = 200;
-
-/// Refuses text that is not XML or is nested so deeply that the reader would take minutes.
-fn check_nesting(text: &str) -> Result<(), HandError> {
-    let begins = text.trim_start_matches('\u{feff}').trim_start();
-    if !begins.starts_with('<') {
-        return Err(HandError::NotADescription);
-    }
-    let options = roxmltree::ParsingOptions {
-        allow_dtd: true,
-        nodes_limit: 10_000_000,
-        ..roxmltree::ParsingOptions::default()
-    };
-    let document = roxmltree::Document::parse_with_options(text, options)
-        .map_err(|error| HandError::Xml(error.to_string()))?;
-    // Parents come first.
-    let mut depths: Vec<u32> = Vec::new();
-    for node in document.root().descendants() {
-        let parent = node.parent().map(|parent| depths[parent.id().get_usize()]);
-        let depth = parent.map_or(0, |depth| depth + 1);
-        if depth > DEEPEST {
-            let problem = format!("elements are nested more than {DEEPEST} deep");
-            return Err(HandError::Xml(problem));
-        }
-        depths.push(depth);
-    }
-    Ok(())
 }
 
 /// Parents and children of links, by index in the file.
@@ -160,7 +131,10 @@ fn movable(
     let (kind, limits) = match joint.joint_type {
         JointType::Fixed => return Ok(None),
         JointType::Revolute => (JointKind::Hinge, range),
-        JointType::Continuous => (JointKind::Hinge, None),
+        JointType::Continuous => {
+            notes.extend(endless(joint));
+            (JointKind::Hinge, None)
+        }
         JointType::Prismatic => (JointKind::Slide, range),
         JointType::Floating => {
             notes.push(format!(
@@ -200,6 +174,24 @@ fn movable(
     }))
 }
 
+/// The doubt about a joint that turns endlessly although it has limits.
+fn endless(joint: &urdf_rs::Joint) -> Option<String> {
+    let range = [joint.limit.lower, joint.limit.upper].map(f64::to_degrees);
+    let [lower, upper] = range;
+    let given = lower < upper && range.iter().all(|limit| limit.is_finite());
+    given.then(|| {
+        let doubt = Doubt {
+            subject: format!("joint \"{}\"", joint.name),
+            finding: format!(
+                "it is continuous and turns endlessly, although it has limits ({lower:.0}° to {upper:.0}°)"
+            ),
+            cause: "probably it should stop there".to_owned(),
+            remedy: "write type=\"revolute\" for the limits to hold, or delete them".to_owned(),
+        };
+        doubt.to_string()
+    })
+}
+
 fn frame(pose: &Pose, place: &str) -> Result<Frame, HandError> {
     let [roll, pitch, yaw] = pose.rpy.0;
     let translation = Vector3::from(pose.xyz.0);
@@ -218,7 +210,7 @@ fn frame(pose: &Pose, place: &str) -> Result<Frame, HandError> {
     })
 }
 
-/// Collision geometry of a link, or its visual geometry if it has none.
+/// Collision geometry of a link, or its visual geometry if it has none, which may not count ([`super::geometry`]).
 fn parts(link: &urdf_rs::Link, files: &dyn Files) -> Result<Vec<Part>, HandError> {
     let read = |pose: &Pose, geometry: &Geometry, solid| {
         Ok(Part {

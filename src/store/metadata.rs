@@ -78,9 +78,18 @@ pub struct HandMetadata {
     pub description: Vec<TextFile>,
     /// [`content_hash`] of everything the hand was built from.
     pub content_hash: String,
+    /// What was left out of the description, changed or doubted when it was read, one sentence each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
 }
 
 impl HandMetadata {
+    /// The notes as warnings that name the hand.
+    pub fn warnings(&self) -> impl Iterator<Item = String> {
+        let told = |note| format!("hand {}: {note}", self.name);
+        self.notes.iter().map(told)
+    }
+
     /// Whether both describe the same hand with the same surface points. Files of older versions do not tell the points.
     pub fn is_same_hand(&self, other: &Self) -> bool {
         let points = self.surface_hash.as_ref().zip(other.surface_hash.as_ref());

@@ -117,6 +117,7 @@ impl HandMetadata {
         metadata.limits_rad = hand.joints.iter().map(|joint| joint.limits_rad).collect();
         metadata.surface_points = hand.surface.len();
         metadata.surface_hash = Some(surface_hash(&hand));
+        metadata.notes.clone_from(&hand.notes);
         Ok(metadata)
     }
 

@@ -75,7 +75,7 @@ fn mistakes_in_flags() {
         ),
         (
             "synth --object ball --hand claw.urdf",
-            &["claw.urdf", "URDF cannot be read"],
+            &["claw.urdf, line ", "not XML"],
         ),
         (
             "synth --object open.obj",

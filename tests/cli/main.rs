@@ -8,6 +8,7 @@ mod experiments;
 mod flags;
 mod given_grasps;
 mod growing;
+mod hand_notes;
 mod interruptions;
 mod join;
 mod json;

@@ -452,3 +452,36 @@ fn a_full_disk_leaves_no_empty_folder() {
         assert_eq!(contents(desk.folder.path()), before, "{line}");
     }
 }
+
+/// Files of the same name in other folders are other hands and objects: their pictures are not overwritten unasked.
+#[test]
+fn pictures_of_other_files_of_the_same_name_stay() {
+    let desk = Desk::empty();
+    let claw = include_str!("../../python/tutorials/claw/claw.urdf");
+    for folder in ["a", "b"] {
+        fs::create_dir(desk.path(folder)).unwrap();
+        fs::write(desk.path(folder).join("right.urdf"), claw).unwrap();
+        fs::write(desk.path(folder).join("right.obj"), TETRAHEDRON).unwrap();
+    }
+    for verb in ["hands inspect a/right.urdf", "objects inspect a/right.obj"] {
+        desk.succeed(&format!("{verb} --quiet"));
+        let first = fs::read(desk.path("right.png")).unwrap();
+        let other = verb.replace("a/", "b/");
+        let sentence = desk.mistake(&format!("{other} --quiet"));
+        assert_says(
+            &sentence,
+            &[
+                "right.png shows something else than b/right",
+                "-o",
+                "--force",
+            ],
+        );
+        assert!(fs::read(desk.path("right.png")).unwrap() == first, "{verb}");
+        // The same file by another path, and other pictures.
+        desk.succeed(&format!("{} --quiet", verb.replace("a/", "b/../a/")));
+        desk.succeed(&format!("{other} --quiet -o other"));
+        desk.succeed(&format!("{other} --quiet --force"));
+        fs::remove_file(desk.path("right.png")).unwrap();
+        fs::remove_file(desk.path("other.png")).unwrap();
+    }
+}

@@ -1,6 +1,6 @@
 //! Descriptions of hands that cannot be used: the error names the mistake.
 
-use landscape::hand::{Hand, HandError};
+use landscape::hand::{Hand, HandError, HandFiles};
 
 #[test]
 fn bad_descriptions_are_named() {
@@ -22,7 +22,7 @@ fn bad_descriptions_are_named() {
     assert!(Hand::from_urdf("<robot", None).is_err() && Hand::from_urdf("", None).is_err());
     assert!(matches!(
         Hand::from_urdf("<robot name=\"r\"/>", None),
-        Err(HandError::Roots { .. })
+        Err(HandError::Element { .. })
     ));
     for (message, joint, geometry) in [
         (
@@ -42,8 +42,15 @@ fn bad_descriptions_are_named() {
             sphere,
         ),
         (
-            "joint \"k\" may move from 0 to 0:",
-            turn.clone() + &joint("k", "revolute", "b", "c", ""),
+            "joint \"k\" may move from -inf to inf: give it finite limits",
+            turn.clone()
+                + &joint(
+                    "k",
+                    "revolute",
+                    "b",
+                    "c",
+                    r#"<limit lower="-inf" upper="inf" effort="1" velocity="1"/>"#,
+                ),
             sphere,
         ),
         ("this description has 2: a, c", turn.clone(), sphere),
@@ -53,7 +60,7 @@ fn bad_descriptions_are_named() {
             sphere,
         ),
         (
-            "link \"b\" is the child of two joints, \"j\" and \"k\"",
+            "link \"b\" is the child of two joints, \"j\" and \"k\", but the links of a hand form a tree: delete one",
             turn.clone() + &joint("k", "fixed", "c", "b", ""),
             sphere,
         ),
@@ -91,6 +98,234 @@ fn bad_descriptions_are_named() {
         let found = error(&joint, geometry);
         assert!(found.contains(message), "{found} instead of {message}");
     }
+}
+
+/// Errors of the form name element, link or joint, file and line, and say what to do.
+#[test]
+fn what_is_missing_or_unreadable_is_named_with_its_line() {
+    const GOOD: &str = r#"<?xml version="1.0"?>
+<robot name="r">
+<link name="a"><collision><geometry><sphere radius="0.02"/></geometry></collision></link>
+<link name="b">
+  <inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+  <visual><geometry><box size="0.01 0.01 0.01"/></geometry><material name="m"><color rgba="1 0 0 1"/></material></visual>
+  <collision><origin xyz="0 0 0.03" rpy="0 0 0"/><geometry><box size="0.01 0.01 0.05"/></geometry></collision></link>
+<joint name="j" type="revolute"><parent link="a"/><child link="b"/><origin xyz="0 0 0.02"/><axis xyz="1 0 0"/>
+  <limit lower="0" upper="1.4" effort="1" velocity="1"/></joint>
+</robot>"#;
+    let read = |text: &str| {
+        let files = HandFiles::of_texts([["claw.urdf", text]]);
+        Hand::from_files(&files).map_err(|error| error.to_string())
+    };
+    let good = read(GOOD).unwrap();
+    assert!(good.notes.is_empty(), "{:?}", good.notes);
+    let limit = r#"<limit lower="0" upper="1.4" effort="1" velocity="1"/>"#;
+    let shape = r#"<geometry><box size="0.01 0.01 0.05"/></geometry>"#;
+    let slide = GOOD.replace("revolute", "prismatic");
+    for (text, from, to, place, problem) in [
+        (
+            GOOD,
+            limit,
+            "",
+            "<joint> \"j\" (claw.urdf, line 8)",
+            "<limit> is missing: add <limit",
+        ),
+        (
+            &slide,
+            limit,
+            "",
+            "<joint> \"j\" (claw.urdf, line 8)",
+            "in metres",
+        ),
+        (
+            GOOD,
+            r#"lower="0" upper="1.4" "#,
+            "",
+            "<limit> of joint \"j\" (claw.urdf, line 9)",
+            "lower and upper, which are missing: add them in radians, or write type=\"continuous\"",
+        ),
+        (
+            GOOD,
+            limit,
+            "<limit/>",
+            "<limit> of joint \"j\" (claw.urdf, line 9)",
+            "missing",
+        ),
+        (
+            GOOD,
+            "upper=\"1.4\"",
+            "",
+            "<limit> of joint \"j\"",
+            "the range from 0 to 0 is empty",
+        ),
+        (
+            GOOD,
+            "upper=\"1.4\"",
+            "upper=\"wide\"",
+            "<limit> of joint \"j\"",
+            "\"wide\" is no number",
+        ),
+        (
+            GOOD,
+            shape,
+            "",
+            "<collision> of link \"b\" (claw.urdf, line 7)",
+            "<geometry> is missing: give it a shape",
+        ),
+        (
+            GOOD,
+            shape,
+            "<geometry/>",
+            "<geometry> of link \"b\" (claw.urdf, line 7)",
+            "no shape",
+        ),
+        (
+            GOOD,
+            shape,
+            "<geometry><cone/></geometry>",
+            "<cone> of link \"b\"",
+            "box, cylinder, capsule",
+        ),
+        (
+            GOOD,
+            "0.01 0.01 0.05",
+            " 0.036 0.018",
+            "<box> of link \"b\" (claw.urdf, line 7)",
+            "size=\" 0.036 0.018\" has 2 numbers where 3 are needed",
+        ),
+        (
+            GOOD,
+            "xyz=\"1 0 0\"",
+            "xyz=\"1,0,0\"",
+            "<axis> of joint \"j\"",
+            "\"1,0,0\" is no number",
+        ),
+        (
+            GOOD,
+            "<child link=\"b\"/>",
+            "",
+            "<joint> \"j\"",
+            "<child> is missing",
+        ),
+        (
+            GOOD,
+            "type=\"revolute\"",
+            "",
+            "<joint> \"j\"",
+            "type is missing",
+        ),
+        (
+            GOOD,
+            "revolute",
+            "hinge",
+            "<joint> \"j\"",
+            "type=\"hinge\": revolute, continuous",
+        ),
+        (
+            GOOD,
+            "<mass value=\"1\"/>",
+            "",
+            "<inertial> of link \"b\" (claw.urdf, line 5)",
+            "<mass> is missing",
+        ),
+        (
+            GOOD,
+            "rgba=\"1 0 0 1\"",
+            "rgba=\"1 0 0\"",
+            "<color> of link \"b\"",
+            "3 numbers where 4",
+        ),
+        (
+            GOOD,
+            "<axis",
+            "<axis xyz=\"0 0 1\"/><axis",
+            "<axis> of joint \"j\"",
+            "another <axis>",
+        ),
+        (GOOD, "</robot>", "", "claw.urdf, line ", "not XML"),
+        (
+            GOOD,
+            "robot",
+            "model",
+            "<model> (claw.urdf, line 2)",
+            "the root element is <model>",
+        ),
+        (GOOD, "robot", "sdf", "claw.urdf", "SDF is not read"),
+        (
+            GOOD,
+            "<link name=\"a\">",
+            "<xacro:finger prefix=\"left\"/><link name=\"a\">",
+            "claw.urdf: xacro is not read",
+            "xacro claw.urdf > claw.urdf",
+        ),
+        (
+            GOOD,
+            "0.01 0.01 0.05",
+            "${size}",
+            "claw.urdf: xacro",
+            "expand its macros",
+        ),
+    ] {
+        let spoilt = text.replace(from, to);
+        assert_ne!(spoilt, text, "{from}");
+        let error = read(&spoilt).unwrap_err();
+        assert!(
+            error.starts_with(place) && error.contains(problem),
+            "{place}: {error}"
+        );
+    }
+    // A mimic joint has the limits of its leader, and nothing needs a velocity.
+    let follower = r#"<link name="c"/><joint name="k" type="revolute"><parent link="b"/><child link="c"/><mimic joint="j"/></joint></robot>"#;
+    assert!(read(&GOOD.replace("</robot>", follower)).is_ok());
+    assert_eq!(read(&GOOD.replace(" velocity=\"1\"", "")), Ok(good));
+}
+
+/// Files of other formats, and pointers in place of files, are named as such.
+#[test]
+fn other_formats_are_named() {
+    const POINTER: &str = "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n";
+    let folder = tempfile::tempdir().unwrap();
+    let told = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        HandFiles::load(&path).unwrap_err().to_string()
+    };
+    for (name, text, words) in [
+        (
+            "hand.usd",
+            "PXR-USDC",
+            "USD is not read: export the hand as URDF or MJCF",
+        ),
+        ("hand.usda", "#usda 1.0", "USD is not read"),
+        ("hand.sdf", "<sdf/>", "SDF is not read"),
+        ("hand.mjb", "x", "mj_saveLastXML"),
+        (
+            "hand.xacro",
+            "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><xacro:include filename=\"a.xacro\"/><link name=\"a\"/></robot>",
+            "`xacro hand.xacro > hand.urdf`",
+        ),
+        (
+            "undeclared.xacro",
+            "<robot><xacro:finger/></robot>",
+            "xacro is not read",
+        ),
+        ("hand.urdf", POINTER, "git lfs pull"),
+    ] {
+        let error = told(name, text);
+        assert!(
+            error.contains(words) && error.contains(name),
+            "{name}: {error}"
+        );
+    }
+    std::fs::write(folder.path().join("tip.stl"), POINTER).unwrap();
+    let error = told(
+        "claw.urdf",
+        r#"<robot name="r"><link name="a"><collision><geometry><mesh filename="tip.stl"/></geometry></collision></link></robot>"#,
+    );
+    assert!(
+        error.contains("tip.stl: it is a Git LFS pointer"),
+        "{error}"
+    );
 }
 
 /// In earlier versions such numbers led to overflows, panics and minutes of work.

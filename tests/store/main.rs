@@ -46,6 +46,7 @@ fn hand() -> HandMetadata {
             text: "<robot name=\"ü\"/>\n".into(),
         }],
         content_hash: "0123".into(),
+        notes: vec!["joint \"left\" turns without limits".into()],
     }
 }
 

@@ -43,6 +43,9 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     let output = output(command, common)?;
     let mapping = mapping(command.mapping.as_deref())?;
     let hand = input::hand(hand, command.hand_folder.as_deref(), command.mirror)?;
+    if !common.quiet {
+        input::warn(&hand.warnings().collect::<Vec<_>>());
+    }
     let (mut object, notes) = input::object(object, command.scale)?;
     input::rename(&mut object, command.name.as_deref())?;
     let settings = GraspImportSettings {
@@ -165,11 +168,12 @@ fn value(imported: &ImportedGrasps, output: &Path) -> Value {
         notes,
         ..
     } = imported;
+    let hand = &file.metadata.hands[0];
     let ScaleCounts(scales) = ScaleCounts::of(file.grasps.iter().map(|grasp| grasp.scale));
     let count = |test: fn(&Judgement) -> bool| judgements.iter().filter(|j| test(j)).count();
     json!({
         "format": format,
-        "hand": file.metadata.hands[0].name,
+        "hand": hand.name,
         "object": file.metadata.objects[0].name,
         "found": found,
         "read": file.grasps.len(),
@@ -177,7 +181,7 @@ fn value(imported: &ImportedGrasps, output: &Path) -> Value {
         "scales": scales.iter().map(|(scale, grasps)| json!({ "scale": scale, "grasps": grasps })).collect::<Vec<_>>(),
         "published": count(Judgement::passes_published),
         "strict": count(Judgement::passes_strict),
-        "notes": notes,
+        "notes": hand.warnings().chain(notes.iter().cloned()).collect::<Vec<_>>(),
         "wrote": [output],
     })
 }

@@ -1,6 +1,6 @@
 //! The files of a data set, and the populations in them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use walkdir::{DirEntry, WalkDir};
 use super::Survey;
 use crate::cli::printing::sentence;
 use crate::cli::{input, progress};
-use crate::store::{GraspFile, Population, content_hash};
+use crate::store::{GraspFile, HandMetadata, Population, content_hash};
 use crate::study::SurveyFailure;
 
 /// A file of grasps.
@@ -46,6 +46,8 @@ pub(super) struct Plan {
     pub(super) failures: Vec<SurveyFailure>,
     /// Populations that are left out because another file holds the same grasps.
     pub(super) repeated: Vec<String>,
+    /// What was noted when the descriptions of the hands were read, once for all files.
+    pub(super) noted: BTreeSet<String>,
 }
 
 /// All files of grasps that the arguments name. Folders are searched for files with the ending `.parquet`.
@@ -136,6 +138,8 @@ impl Plan {
                 }
             };
             plan.hashes.push(hash);
+            let noted = file.metadata.hands.iter().flat_map(HandMetadata::warnings);
+            plan.noted.extend(noted);
             let populations = file.landscapes();
             for (place, population) in populations.iter().enumerate() {
                 let name = name(&data, population, populations.len() > 1);

@@ -10,10 +10,10 @@ use serde::{Deserialize, Serialize};
 use self::files::{Plan, Task};
 use super::args::{Again, Common, GroupBarrier, HandAndObject, WithPage};
 use super::build::{Mapping, keep_stable};
-use super::interruption;
 use super::output::{check_folder, make_folder};
 use super::run::{Watch, end_worker, journal_beside, open_journal, open_worker, stoppable};
 use super::workers::Share;
+use super::{input, interruption};
 use crate::cli::printing::{complain, print, print_json, sentence, shown};
 use crate::evaluation::taxonomy::Rule;
 use crate::grasp::GraspEnergy;
@@ -126,6 +126,9 @@ pub(super) fn run(command: &Survey, common: &Common) -> anyhow::Result<()> {
     );
     let told = plan.repeated.iter().filter(|_| !common.quiet);
     told.for_each(|repeated| complain(&format!("note: {repeated}")));
+    if !common.quiet {
+        input::warn(&plan.noted.iter().cloned().collect::<Vec<_>>());
+    }
     let _made = make_folder(&output.join(LANDSCAPES))?;
 
     let fingerprint = command.fingerprint(&plan)?;
@@ -273,7 +276,7 @@ impl Survey {
             settings: &settings,
             earlier: None,
             source,
-            warnings: Vec::new(),
+            warnings: population.hand.warnings().collect(),
             with_page: !self.page.no_report,
         };
         let fingerprint = mapping.fingerprint()?;

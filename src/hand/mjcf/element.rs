@@ -40,7 +40,7 @@ impl Element {
     }
 
     pub(super) fn error(&self, problem: impl Into<String>) -> HandError {
-        HandError::Mjcf {
+        HandError::Element {
             place: self.place(),
             problem: problem.into(),
         }
@@ -86,6 +86,7 @@ pub(super) fn read(name: &str, text: &str, files: &dyn Files) -> Result<Element,
     let mut reading = Reading {
         files,
         included: vec![name.to_owned()],
+        open: vec![name.to_owned()],
         count: 0,
     };
     let mut roots = reading.document(name, text, 0)?;
@@ -112,7 +113,10 @@ impl Source {
 
 struct Reading<'a> {
     files: &'a dyn Files,
+    /// The documents read so far.
     included: Vec<String>,
+    /// The document that is read, after those that include it.
+    open: Vec<String>,
     count: usize,
 }
 
@@ -129,7 +133,7 @@ impl Reading<'_> {
             ..roxmltree::ParsingOptions::default()
         };
         let document = roxmltree::Document::parse_with_options(text, options).map_err(|error| {
-            HandError::Mjcf {
+            HandError::Element {
                 place: format!("{name}, line {}", error.pos().row),
                 problem: format!("it is not XML: {error}"),
             }
@@ -175,15 +179,30 @@ impl Reading<'_> {
         let Some(reference) = element.attribute("file") else {
             return Err(element.error("file is missing"));
         };
+        let reference = reference.trim_start_matches("./");
+        if let Some(at) = self.open.iter().position(|known| known == reference) {
+            let problem = match &self.open[at + 1..] {
+                [] => format!("{reference} includes itself: delete this line"),
+                between => format!(
+                    "{reference} includes itself by way of {}: delete one of the includes",
+                    between.join(", ")
+                ),
+            };
+            return Err(element.error(problem));
+        }
         if self.included.iter().any(|known| known == reference) {
-            return Err(element.error("this file is included twice"));
+            return Err(element.error(format!(
+                "{reference} is included a second time, which MuJoCo does not allow either: delete one of the includes"
+            )));
         }
         self.included.push(reference.to_owned());
         let text = self
             .files
             .include(reference)
             .map_err(|problem| element.error(problem))?;
+        self.open.push(reference.to_owned());
         let roots = self.document(reference, &text, depth + 1)?;
+        self.open.pop();
         Ok(roots.into_iter().flat_map(|root| root.children).collect())
     }
 }

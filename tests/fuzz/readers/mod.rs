@@ -30,9 +30,9 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use samples::{
-    EXCHANGE, GLTF, INPUT_HASH, MAPPING, MJCF, OBJ, OWN_KEY, PLY, POINTS, PROTOCOL, ROWS, SHAPES,
-    SIDE, STL, TABLE, URDF, binary_ply, binary_stl, bytes, checkpoint, described, gltf, joints,
-    journal, landscape, landscape_folder, msh, npz, parquet, pickles, text,
+    DAE, EXCHANGE, GLTF, INPUT_HASH, MAPPING, MJCF, OBJ, OWN_KEY, PLY, POINTS, PROTOCOL, ROWS,
+    SHAPES, SIDE, STL, TABLE, URDF, binary_ply, binary_stl, bytes, checkpoint, described, gltf,
+    joints, journal, landscape, landscape_folder, msh, npz, parquet, pickles, text,
 };
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -66,6 +66,12 @@ pub(crate) fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
         ),
         ("hand_msh", vec![msh()], |bytes, folder| {
             hand_mesh("msh", bytes, folder)
+        }),
+        ("hand_dae", vec![text(DAE)], |bytes, folder| {
+            hand_mesh("dae", bytes, folder)
+        }),
+        ("hand_glb", vec![gltf().1], |bytes, folder| {
+            hand_mesh("glb", bytes, folder)
         }),
         ("object_obj", vec![text(OBJ)], |bytes, folder| {
             let mut text = bytes;

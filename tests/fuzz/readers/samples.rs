@@ -56,6 +56,17 @@ facet normal 1 1 1\nouter loop\nvertex 0.1 0 0\nvertex 0 0.1 0\nvertex 0 0 0.1\n
 pub(crate) const PLY: &str = "ply\nformat ascii 1.0\ncomment a\nelement vertex 4\nproperty float x\nproperty float y\nproperty double z\nproperty uchar red\n\
 element face 4\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1\n0.1 0 0 1\n0 0.1 0 1\n0 0 0.1 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
 
+/// One mesh of two kinds of faces that is shown twice, once mirrored.
+pub(crate) const DAE: &str = r##"<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset><unit meter="0.1"/></asset>
+<library_geometries><geometry id="g"><mesh><source id="s"><float_array id="a" count="12">0 0 0 1 0 0 0 1 0 0 0 1</float_array>
+<technique_common><accessor source="#a" count="4" stride="3"/></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#s"/></vertices>
+<triangles count="2"><input semantic="VERTEX" source="#v" offset="0"/><input semantic="NORMAL" source="#s" offset="1"/><p>0 0 2 0 1 0 0 0 1 0 3 0</p></triangles>
+<polylist count="2"><input semantic="VERTEX" source="#v" offset="0"/><vcount>3 3</vcount><p>0 3 2 1 2 3</p></polylist></mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="w"><node><translate>0 0 0.1</translate><rotate>0 0 1 30</rotate><instance_geometry url="#g"/>
+<node><scale>-1 1 1</scale><instance_geometry url="#g"/></node></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#w"/></scene></COLLADA>"##;
+
 /// One mesh that is placed twice and refers to a file of its folder.
 pub(crate) const GLTF: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"children":[1,2],"scale":[0.5,0.5,0.5]},
 {"mesh":0,"translation":[1,0,0],"rotation":[0,0,0.7071,0.7071]},{"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]}],
