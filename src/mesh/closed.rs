@@ -13,6 +13,9 @@ use super::mesh_union::{Entangled, SignedDistance, united};
 use super::winding::Winding;
 use crate::formats::Triangles;
 
+/// Volume of the flattest solid, as a share of the cube of its longest side.
+const LEAST_VOLUME: f64 = 1e-9;
+
 /// A closed surface of triangles that are counter-clockwise seen from outside.
 ///
 /// It may consist of several closed pieces. If they overlap or touch, the solid is their union, and volume, centroid, area
@@ -77,7 +80,7 @@ impl Mesh {
                 beyond,
             })?;
         let volume = mesh.volume();
-        if volume.abs() < 1e-9 * size_m.powi(3) {
+        if volume.abs() < LEAST_VOLUME * size_m.powi(3) {
             return Err(MeshError::NoVolume(name.to_owned()));
         }
         if volume < 0.0 {
@@ -114,7 +117,7 @@ impl Mesh {
         };
         mesh.drop_degenerate();
         let mut seams = mesh.seams();
-        if seams != Seams::default() {
+        if !seams.close() {
             mesh.merge_coincident();
             seams = mesh.seams();
         }
@@ -332,8 +335,41 @@ impl Mesh {
             let upward = uses.iter().filter(|(_, up)| *up).count();
             seams.open += uses.len() % 2;
             seams.flipped += usize::from(uses.len() % 2 == 0 && 2 * upward != uses.len());
+            seams.crowded += usize::from(uses.len() > 2);
         }
         seams
+    }
+
+    /// Whether the surface bounds a solid without doubt: no more than two triangles meet at an edge, each piece encloses a
+    /// volume, and no two pieces lie in the same place, as the two sides of a double surface do.
+    pub(super) fn is_plain(&self) -> bool {
+        /// Boxes that differ by less than this share of the mesh's size are the same.
+        const SAME: f64 = 1e-5;
+        if self.seams().crowded > 0 {
+            return false;
+        }
+        let mut boxes = Vec::new();
+        for piece in self.pieces() {
+            let first = self.vertices[piece[0][0] as usize];
+            let corners = piece.iter().flatten().map(|&v| self.vertices[v as usize]);
+            let [low, high] =
+                corners.fold([first, first], |[low, high], v| [low.inf(&v), high.sup(&v)]);
+            let volume = super::exact::signed_volume(self, &piece) / 6.0;
+            if volume.abs() < LEAST_VOLUME * (high - low).max().powi(3) {
+                return false;
+            }
+            boxes.push([low, high]);
+        }
+        boxes.sort_by(|[a, _], [b, _]| a.x.total_cmp(&b.x));
+        let same = SAME * self.size_m();
+        boxes.iter().enumerate().all(|(place, [low, high])| {
+            let near = boxes[place + 1..]
+                .iter()
+                .take_while(|[other, _]| other.x - low.x <= same);
+            near.into_iter().all(|[other_low, other_high]| {
+                (other_low - low).amax() > same || (other_high - high).amax() > same
+            })
+        })
     }
 
     fn merge_coincident(&mut self) {
@@ -384,17 +420,32 @@ impl Mesh {
     }
 }
 
-/// Numbers of edges that prevent a closed, oriented surface.
+/// Numbers of edges that prevent a closed, oriented surface, or make one doubtful.
 #[derive(Debug, Default, PartialEq)]
 struct Seams {
     open: usize,
     flipped: usize,
+    /// Edges of more than two triangles, which bound a solid all the same if the surface is closed.
+    crowded: usize,
+}
+
+impl Seams {
+    fn close(&self) -> bool {
+        self.open == 0 && self.flipped == 0
+    }
 }
 
 /// Refuses coordinates beyond their limit.
 fn check_vertices(name: &str, vertices: &[Vector3<f64>], limit: Limit) -> Result<(), MeshError> {
     for (vertex, corner) in vertices.iter().enumerate() {
         for coordinate in corner {
+            if !coordinate.is_finite() {
+                return Err(MeshError::NotANumber {
+                    name: name.to_owned(),
+                    vertex,
+                    value: *coordinate,
+                });
+            }
             limit
                 .check(*coordinate)
                 .map_err(|beyond| MeshError::Coordinate {
@@ -497,7 +548,7 @@ mod tests {
         infinite[2].y = f64::NAN;
         let error = refuse(infinite, CUBE.to_vec());
         assert!(
-            matches!(error, MeshError::Coordinate { vertex: 2, .. }),
+            matches!(error, MeshError::NotANumber { vertex: 2, .. }),
             "{error}"
         );
         // A square sheet with two sides.

@@ -8,11 +8,14 @@ use std::path::PathBuf;
 use crate::limits::Beyond;
 
 mod box_tree;
+mod cells;
 mod closed;
+mod copies;
 mod exact;
 mod file;
 mod mesh_union;
 mod repair;
+mod shell;
 mod surface_sample;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -80,9 +83,22 @@ pub enum MeshError {
         /// Its coordinate and the limit.
         beyond: Beyond,
     },
+    /// A coordinate is not a number, or infinite.
+    #[error(
+        "vertex {vertex} of {name} has the coordinate {value}: write a number there, or delete the vertex and its faces"
+    )]
+    NotANumber {
+        /// File or object.
+        name: String,
+        /// Number of the vertex, from zero.
+        vertex: usize,
+        /// Its coordinate.
+        value: f64,
+    },
     /// The surface has holes.
     #[error(
-        "{name} is not closed: {edges} edges border a hole, so it has no inside{missing}; close it in a mesh editor"
+        "{name} is not closed: {edges} edges border a hole, so it has no inside{missing}; close it in a mesh editor, or make \
+         its surface a wall 2 mm thick with --thickness 2"
     )]
     Open {
         /// File or object.
@@ -91,6 +107,31 @@ pub enum MeshError {
         edges: usize,
         /// Size of the missing part, in brackets after a space; empty if unknown.
         missing: String,
+    },
+    /// Parts of the surface are open.
+    #[error(
+        "{name} is partly open: {percent:.1} % of its surface encloses nothing; close or delete these faces in a mesh \
+         editor, or make them walls 2 mm thick with --thickness 2"
+    )]
+    Sheets {
+        /// File or object.
+        name: String,
+        /// Share of the surface in open parts, percent.
+        percent: f64,
+    },
+    /// The surface is to become a wall, but encloses a volume already.
+    #[error("{0} is closed, so there is no open surface to make a wall of: leave out --thickness")]
+    Closed(String),
+    /// Triangles lie on each other in a way that is not resolved.
+    #[error(
+        "{name} has faces that lie on each other but do not share their corners, at {edges} edges: delete doubled faces in a \
+         mesh editor"
+    )]
+    Overlaid {
+        /// File or object.
+        name: String,
+        /// Number of edges where the surface without copies is not closed.
+        edges: usize,
     },
     /// Neighbouring triangles have opposite orientations.
     #[error(
@@ -114,7 +155,7 @@ pub enum MeshError {
         percent: f64,
     },
     /// A mesh encloses no volume.
-    #[error("{0} encloses no volume")]
+    #[error("{0} encloses no volume: its faces are a film; give it a volume in a mesh editor")]
     NoVolume(String),
     /// The closed pieces intersect in too many places.
     #[error(
