@@ -12,6 +12,7 @@ use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuat
 use rayon::prelude::*;
 
 use crate::doubt::Doubt;
+use crate::grasp::depth::deepest_m;
 use crate::hand::{Frame, Hand, JointKind, PosedHand};
 use crate::mesh::ExactMesh;
 use crate::printable::counted;
@@ -25,6 +26,9 @@ const FAR_M: f64 = 0.05;
 const DEEP_M: f64 = 0.015;
 /// Grasps that are off by less than this are not doubted.
 const PLAUSIBLE_M: f64 = 0.01;
+/// Greatest depth, by the solids of hand and object, at which a reading fits. A hand that stands in the middle of a small object
+/// is deeper in it.
+const FITTING_DEPTH_M: f64 = 0.008;
 /// Gap of grasps that are refused unless their unit is stated: more than the length of a hand.
 const IMPOSSIBLE_M: f64 = 0.5;
 /// A reading fits if its grasps are off by at most this share of the given reading's. Few grasps fit more easily by chance.
@@ -33,6 +37,8 @@ const SHARE: [(usize, f64); 2] = [(4, 0.25), (0, 0.125)];
 /// Largest number of grasps, and of points of the hand, that are measured.
 const GRASPS: usize = 64;
 const POINTS: usize = 512;
+/// Largest number of grasps whose depth is measured by the solids.
+const THOROUGH: usize = 16;
 
 /// An imported grasp.
 #[derive(Debug, Clone, PartialEq)]
@@ -185,6 +191,32 @@ struct Fit {
 }
 
 impl Fit {
+    /// Of the gaps and depths of grasps, metres.
+    fn of(measured: &[[f64; 2]]) -> Self {
+        let quantile = |value: fn(&[f64; 2]) -> f64, share: f64| {
+            let mut values: Vec<f64> = measured.iter().map(value).collect();
+            values.sort_by(f64::total_cmp);
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "an index below the number of grasps"
+            )]
+            let at = (share * (values.len().max(1) - 1) as f64) as usize;
+            values.get(at).copied().unwrap_or(0.0)
+        };
+        Self {
+            off_m: quantile(|[gap, depth]| gap.max(*depth), 0.5),
+            gap_m: quantile(|[gap, _]| *gap, 0.5),
+            depth_m: quantile(|[_, depth]| *depth, 0.5),
+            deep_quarter_m: quantile(|[_, depth]| *depth, 0.75),
+        }
+    }
+
+    /// The lower, the better: a hand in the object is worse than one that has not arrived.
+    fn cost_m(&self) -> f64 {
+        self.gap_m.max(4.0 * self.depth_m)
+    }
+
     fn told(&self, grasps: usize, object: &str) -> String {
         let which = if self.gap_m >= self.depth_m {
             format!("{} from", length(self.gap_m))
@@ -207,11 +239,12 @@ fn length(metres: f64) -> String {
 }
 
 /// The hand and the object, for measuring distances.
-struct Range {
+struct Range<'a> {
     hand: Hand,
     exact: ExactMesh,
     /// The scale of `exact`.
     scale: f64,
+    object: &'a ObjectMetadata,
     /// Centroid of the mesh and centre of its box, at that scale.
     centres: [Vector3<f64>; 2],
 }
@@ -222,9 +255,9 @@ struct Place {
     distance_m: f64,
 }
 
-impl Range {
+impl<'a> Range<'a> {
     /// `None` if there are no grasps, or the object cannot be built, which is told when its grasps are judged.
-    fn new(imported: &Imported<'_>) -> Option<Self> {
+    fn new(imported: &Imported<'a>) -> Option<Self> {
         let scale = imported.grasps.first()?.scale;
         let (mesh, _) = imported.object.mesh(scale).ok()?;
         let [low, high] = mesh.bounds();
@@ -234,6 +267,7 @@ impl Range {
                 .thinned(imported.hand.surface.len().div_ceil(POINTS).max(1)),
             exact: ExactMesh::new(&mesh),
             scale,
+            object: imported.object,
             centres: [mesh.centroid(), 0.5 * (low + high)],
         })
     }
@@ -276,23 +310,34 @@ impl Range {
                 [second.distance_m.max(0.0), (-first.distance_m).max(0.0)]
             })
             .collect();
-        let quantile = |value: fn(&[f64; 2]) -> f64, share: f64| {
-            let mut values: Vec<f64> = measured.iter().map(value).collect();
-            values.sort_by(f64::total_cmp);
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "an index below the number of grasps"
-            )]
-            let at = (share * (values.len().max(1) - 1) as f64) as usize;
-            values.get(at).copied().unwrap_or(0.0)
+        Fit::of(&measured)
+    }
+
+    /// The fit of a few grasps with the depths of the solids: points of the hand show no hand in which a thin object ends.
+    fn thorough_fit(&self, grasps: &[Placed]) -> Option<Fit> {
+        let scale = grasps.first()?.scale;
+        let other;
+        let exact = if (scale - self.scale).abs() < f64::EPSILON {
+            &self.exact
+        } else {
+            other = ExactMesh::new(&self.object.mesh(scale).ok()?.0);
+            &other
         };
-        Fit {
-            off_m: quantile(|[gap, depth]| gap.max(*depth), 0.5),
-            gap_m: quantile(|[gap, _]| *gap, 0.5),
-            depth_m: quantile(|[_, depth]| *depth, 0.5),
-            deep_quarter_m: quantile(|[_, depth]| *depth, 0.75),
-        }
+        let same = grasps
+            .iter()
+            .filter(|placed| (placed.scale - scale).abs() < f64::EPSILON);
+        let chosen: Vec<&Placed> = same.take(THOROUGH).collect();
+        let measured: Vec<[f64; 2]> = chosen
+            .into_par_iter()
+            .map(|placed| {
+                let mut posed = PosedHand::default();
+                self.hand.pose(&placed.pose, &mut posed);
+                let [_, second] = self.nearest(placed);
+                let depth_m = deepest_m(exact, &self.hand, &posed);
+                [second.distance_m.max(0.0), depth_m]
+            })
+            .collect();
+        Some(Fit::of(&measured))
     }
 
     /// The move of all hands, at the scale of the mesh, that brings their two nearest digits onto the object: Gauss–Newton
@@ -387,13 +432,20 @@ struct Change {
 /// The search for a reading that fits.
 struct Trial<'a> {
     imported: &'a Imported<'a>,
-    range: &'a Range,
+    range: &'a Range<'a>,
     given: &'a [Placed],
     fit: Fit,
     strong: bool,
 }
 
 impl Trial<'_> {
+    /// The fit of these grasps, thoroughly measured, if they fit.
+    fn fitting(&self, grasps: &[Placed]) -> Option<Fit> {
+        let fits = self.fits(&self.range.fit(grasps));
+        let thorough = fits.then(|| self.range.thorough_fit(grasps)).flatten()?;
+        (self.fits(&thorough) && thorough.depth_m <= FITTING_DEPTH_M).then_some(thorough)
+    }
+
     fn fits(&self, fit: &Fit) -> bool {
         let count = self.given.len();
         let share = SHARE.iter().find(|(least, _)| count >= *least);
@@ -416,11 +468,11 @@ impl Trial<'_> {
         let fit = |mapping: &Mapping| {
             let grasps = reread(mapping)?;
             let same = grasps.len() == self.imported.grasps.len();
-            same.then(|| self.range.fit(&sample(&grasps)))
+            same.then(|| self.fitting(&sample(&grasps))).flatten()
         };
-        let best = |tried: Vec<(Fit, Vec<Change>)>| {
-            let fitting = tried.into_iter().filter(|(fit, _)| self.fits(fit));
-            fitting.min_by(|(a, _), (b, _)| a.off_m.total_cmp(&b.off_m))
+        let best = |fitting: Vec<(Fit, Vec<Change>)>| {
+            let fitting = fitting.into_iter();
+            fitting.min_by(|(a, _), (b, _)| a.cost_m().total_cmp(&b.cost_m()))
         };
         let singles = self.changes(self.imported.mapping);
         let tried = singles.into_iter().filter_map(|change| {
