@@ -219,12 +219,16 @@ pub fn import_grasps(
         let scales = ScaleCounts::of(rows.iter().map(|row| row.scale));
         Some(placed(&at_scale(rows, settings.scale, &scales).ok()?))
     };
+    let mut told = json!({ "format": format });
     if let Some(doubted) = doubt(&imported, &reread) {
         if doubted.refused {
             return Err(GraspImportError::Implausible(doubted.doubt));
         }
-        notes.insert(doubted.doubt.to_string());
+        let doubt = doubted.doubt.to_string();
+        told["doubt"] = json!(doubt);
+        notes.insert(doubt);
     }
+    told["notes"] = json!(notes);
     let mut file = GraspFile {
         metadata: Metadata {
             schema_version: SCHEMA_VERSION,
@@ -232,7 +236,7 @@ pub fn import_grasps(
             hands: vec![settings.hand.clone()],
             objects: vec![settings.object.clone()],
             energy: super::json(EnergySettings::default()),
-            settings: json!({ "format": format, "notes": notes }),
+            settings: told,
             ..Metadata::default()
         },
         grasps: Vec::new(),

@@ -358,7 +358,9 @@ impl<'a> Range<'a> {
                     })
                 })
                 .collect();
-            let (mut matrix, mut right) = (Matrix3::identity() * 1e-6, Vector3::zeros());
+            // A direction along which no distance changes, as the axis of a bottle, stays as it is.
+            let damping = 0.02 * grasps.len() as f64;
+            let (mut matrix, mut right) = (Matrix3::identity() * damping, Vector3::zeros());
             for (row, distance) in rows.into_iter().flatten() {
                 matrix += row * row.transpose();
                 right -= distance * row;
@@ -660,7 +662,7 @@ impl Trial<'_> {
                     &shifted(self.given, at_scale_one),
                     format!("the origin of {} is another one", self.imported.object.name),
                     format!(
-                        "move the vertices of the mesh by ({x:.1}, {y:.1}, {z:.1}) mm, measured at scale {}",
+                        "move the vertices of the mesh by ({x:.0}, {y:.0}, {z:.0}) mm, measured at scale {}",
                         self.range.scale
                     ),
                 );
