@@ -42,12 +42,27 @@ def test_a_table_of_another_form_needs_a_mapping(hand, bottle, grasps, tmp_path)
     file.write_text(json.dumps(rows))
     with pytest.raises(ls.InputError):
         ls.import_grasps(file, hand, bottle)
+    # In another unit they are all over the place, and the right one is named.
+    mapping.write_text('translation = "t"\nrotation = "q"\nrotation_form = "xyzw"\njoints = "angles"\njoint_unit = "deg"\n')
+    with pytest.raises(ls.InputError, match='`translation_unit = "cm"`'):
+        ls.import_grasps(file, hand, bottle, mapping=mapping)
     mapping.write_text(
         'translation = "t"\ntranslation_unit = "cm"\nrotation = "q"\nrotation_form = "xyzw"\n'
         'joints = "angles"\njoint_unit = "deg"\n'
     )
     again = ls.import_grasps(file, hand, bottle, mapping=mapping)
     assert again.poses == pytest.approx(grasps.poses, abs=1e-9)
+
+
+def test_a_doubt_is_a_warning(hand, bottle, grasps, tmp_path):
+    rows = [
+        {"translation_m": t.tolist(), "rotation_wxyz": q.tolist(), "joints_rad": joints.tolist()}
+        for t, q, joints in zip(grasps.translation_m, grasps.rotation("xyzw"), grasps.joints_rad)
+    ]
+    file = tmp_path / "mine.json"
+    file.write_text(json.dumps(rows))
+    with pytest.warns(UserWarning, match='`rotation_form = "xyzw"`'):
+        ls.import_grasps(file, hand, bottle)
 
 
 def test_qpos_is_position_quaternion_and_joints(grasps, tmp_path):

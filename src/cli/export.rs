@@ -82,8 +82,9 @@ Examples:
   landscape export grasps.parquet glb                      grasps.scenes/: the judged hand, the object and the contacts
   landscape export grasps.parquet glb --grasp 17 -o 17.glb
 
-Poses are those of the hand's root in the object's frame: p_object = R p_hand + t, in metres; angles are in radians. In
-qpos and dexonomy the hand's outermost body has a free joint; the columns of the CSV form of qpos name its joints.
+Poses are those of the hand's root in the object's frame: p_object = R p_hand + t, in metres; angles are in radians. The
+root is the frame of the hand's file (the world of an MJCF), in qpos and dexonomy as well: attach the file to a body with
+a free joint. The columns of the CSV form of qpos name the joints.
 `landscape import` reads csv and json without any change of the numbers, and dexgraspnet and dexonomy as well.";
 
 /// A kind of folder: the ending that its name gets, and that of the single file that may be written in its place.

@@ -5,17 +5,18 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 use serde_json::json;
 
 use super::Run;
+use super::import_doubt::{Imported, Placed, doubt, doubt_joints, of_outermost_body};
+use crate::doubt::Doubt;
 use crate::grasp::energy::EnergySettingsError;
 use crate::grasp::{EnergySettings, Grasp, GraspEnergy, Judgement};
 use crate::hand::Hand;
 use crate::limits::{Beyond, OBJECT_SCALE};
 use crate::space::Pose;
-use crate::store::exchange::{Mapping, Published, files_of, read};
+use crate::store::exchange::{LengthUnit, Mapping, Published, files_of, read};
 use crate::store::{
     Fault, GraspFile, GraspRow, HandMetadata, Metadata, ObjectMetadata, RebuildError,
     SCHEMA_VERSION, StoreError,
@@ -126,6 +127,9 @@ pub enum GraspImportError {
     /// No grasp has the given scale.
     #[error("the grasps are at {0}")]
     OtherScales(ScaleCounts),
+    /// The grasps cannot be meant as they were read: they are far from the object, or their joints are beyond all limits.
+    #[error("{0}")]
+    Implausible(Doubt),
     /// Every grasp has a fault.
     #[error("none of the grasps can be used; {source_of_grasp}: {fault}")]
     NoneUsable {
@@ -153,8 +157,10 @@ struct Row {
 
 /// Reads the grasps at `path`, a file of another program or a folder of `.npy` files, as rows of `grasps.parquet`.
 ///
-/// Grasps that such a file cannot hold are left out: those with joints far beyond their limits, and those with contacts that
-/// the hand does not have. Missing contacts are chosen: the best by the default energy. Energies and measures are computed.
+/// Grasps that lie implausibly far from the object or in it give a note that names the unit, order, direction or frame that
+/// would fit; if they are more than half a metre off, that is an error, unless the mapping states their unit. Grasps that such
+/// a file cannot hold are left out: those with joints far beyond their limits, and those with contacts that the hand does not
+/// have. Missing contacts are chosen: the best by the default energy. Energies and measures are computed.
 ///
 /// # Errors
 /// If a file cannot be read, no grasp is left, or the hand or the object cannot be built.
@@ -179,11 +185,50 @@ pub fn import_grasps(
 ) -> Result<ImportedGrasps, GraspImportError> {
     let hand = settings.hand.build()?;
     let mut notes: BTreeSet<String> = settings.notes.iter().cloned().collect();
-    let (rows, format) = rows(path, settings, &hand, &mut notes)?;
+    let files = files_of(path)?;
+    let content = rows(&files, settings, &settings.mapping, &hand)?;
+    notes.extend(content.notes);
+    let format = content.format;
+    let rows = content.rows;
+    if rows.is_empty() {
+        return Err(GraspImportError::Empty(path.to_path_buf()));
+    }
+    let of_outermost_body = content.of_outermost_body;
     let rows = of_one_object(rows, &settings.object.name)?;
     let found = rows.len();
     let scales = ScaleCounts::of(rows.iter().map(|row| row.scale));
     let rows = at_scale(rows, settings.scale, &scales)?;
+    let subject = path.display().to_string();
+    let imported = Imported {
+        subject: subject.clone(),
+        hand: &hand,
+        object: &settings.object,
+        mapping: &settings.mapping,
+        of_angles: format == "DexGraspNet",
+        of_outermost_body,
+        without_scale: rows.iter().all(|row| row.published.scale.is_none()),
+        grasps: placed(&rows),
+    };
+    let joints = || {
+        let poses: Vec<&Pose> = rows.iter().map(|row| &row.published.pose).collect();
+        doubt_joints(&subject, &hand, &settings.mapping, &poses)
+    };
+    let reread = |mapping: &Mapping| {
+        let rows = self::rows(&files, settings, mapping, &hand).ok()?.rows;
+        let rows = of_one_object(rows, &settings.object.name).ok()?;
+        let scales = ScaleCounts::of(rows.iter().map(|row| row.scale));
+        Some(placed(&at_scale(rows, settings.scale, &scales).ok()?))
+    };
+    let mut told = json!({ "format": format });
+    if let Some(doubted) = doubt(&imported, &reread) {
+        if doubted.refused {
+            return Err(GraspImportError::Implausible(doubted.doubt));
+        }
+        let doubt = doubted.doubt.to_string();
+        told["doubt"] = json!(doubt);
+        notes.insert(doubt);
+    }
+    told["notes"] = json!(notes);
     let mut file = GraspFile {
         metadata: Metadata {
             schema_version: SCHEMA_VERSION,
@@ -191,12 +236,12 @@ pub fn import_grasps(
             hands: vec![settings.hand.clone()],
             objects: vec![settings.object.clone()],
             energy: super::json(EnergySettings::default()),
-            settings: json!({ "format": format, "notes": notes }),
+            settings: told,
             ..Metadata::default()
         },
         grasps: Vec::new(),
     };
-    let left_out = fill(&mut file, &rows, &mut notes)?;
+    let left_out = fill(&mut file, &rows, &joints, &mut notes)?;
     let (judgements, object_notes) = complete(&mut file, &hand, run)?;
     notes.extend(file.beyond_limits().map(|warning| warning.to_string()));
     Ok(ImportedGrasps {
@@ -211,22 +256,32 @@ pub fn import_grasps(
     })
 }
 
+/// The grasps of some files.
+#[derive(Default)]
+struct Content {
+    rows: Vec<Row>,
+    notes: BTreeSet<String>,
+    format: &'static str,
+    of_outermost_body: bool,
+}
+
 fn rows(
-    path: &Path,
+    files: &[PathBuf],
     settings: &GraspImportSettings,
+    mapping: &Mapping,
     hand: &Hand,
-    notes: &mut BTreeSet<String>,
-) -> Result<(Vec<Row>, &'static str), GraspImportError> {
-    let mut rows = Vec::new();
-    let mut format = "";
-    for file in files_of(path)? {
-        let content = read(&file, &settings.hand.joint_names, &settings.mapping)?;
-        format = content.format;
-        notes.extend(content.notes);
+) -> Result<Content, GraspImportError> {
+    let mut content = Content::default();
+    for file in files {
+        let read = read(file, &settings.hand.joint_names, mapping)?;
+        content.format = read.format;
+        content.notes.extend(read.notes);
+        content.of_outermost_body |= read.of_outermost_body;
+        let offset = hand.root_offset().filter(|_| read.of_outermost_body);
         let name = file.file_name().unwrap_or_default().to_string_lossy();
-        for (grasp, mut published) in content.grasps.into_iter().enumerate() {
-            if format != "DexGraspNet" && format != "table" {
-                of_root_body(hand, &mut published);
+        for (grasp, mut published) in read.grasps.into_iter().enumerate() {
+            if let Some(offset) = &offset {
+                published.pose = of_outermost_body(&published.pose, offset);
             }
             let scale = published.scale.map(tidy);
             let scale = scale.or(settings.scale).unwrap_or(1.0);
@@ -237,38 +292,29 @@ fn rows(
                     grasp,
                     source,
                 })?;
-            rows.push(Row {
-                number: rows.len() as u64,
+            if mapping.translation_unit == Some(LengthUnit::Mesh) {
+                let translation_m = published.pose.translation_m().to_vec();
+                let [x, y, z] = std::array::from_fn(|axis| scale * translation_m[axis]);
+                let rotation = published.pose.rotation_wxyz();
+                published.pose = Pose::new([x, y, z], rotation, published.pose.joints());
+            }
+            content.rows.push(Row {
+                number: content.rows.len() as u64,
                 published,
                 source: format!("{name} {grasp}"),
                 scale,
             });
         }
     }
-    if rows.is_empty() {
-        return Err(GraspImportError::Empty(path.to_path_buf()));
-    }
-    Ok((rows, format))
+    Ok(content)
 }
 
-/// Corrects the pose of a qpos, which is that of the outermost body, if this is not at the hand's origin.
-fn of_root_body(hand: &Hand, published: &mut Published) {
-    let Some(offset) = hand.root_offset() else {
-        return;
+fn placed(rows: &[Row]) -> Vec<Placed> {
+    let placed = |row: &Row| Placed {
+        pose: row.published.pose.clone(),
+        scale: row.scale,
     };
-    let pose = &published.pose;
-    let [w, x, y, z] = pose.rotation_wxyz();
-    let body = Isometry3::from_parts(
-        Translation3::from(Vector3::from_column_slice(pose.translation_m())),
-        UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)),
-    );
-    let offset = Isometry3::from_parts(
-        offset.translation.into(),
-        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(offset.rotation)),
-    );
-    let root = body * offset.inverse();
-    let (t, q) = (root.translation.vector, root.rotation);
-    published.pose = Pose::new(t.into(), [q.w, q.i, q.j, q.k], pose.joints());
+    rows.iter().map(placed).collect()
 }
 
 /// The shortest decimal near a scale that was stored as a 32-bit number.
@@ -319,9 +365,11 @@ fn at_scale(
 }
 
 /// Fills the file with those rows that it can hold, with their poses and contacts only; returns how many are left out.
+/// `doubt` is asked if joints are the reason.
 fn fill(
     file: &mut GraspFile,
     rows: &[Row],
+    doubt: &dyn Fn() -> Option<Doubt>,
     notes: &mut BTreeSet<String>,
 ) -> Result<usize, GraspImportError> {
     let ids: Option<Vec<u64>> = rows.iter().map(|row| row.published.id).collect();
@@ -344,7 +392,15 @@ fn fill(
     let bad: BTreeSet<usize> = faults.iter().map(|(row, _)| *row).collect();
     if let Some((row, fault)) = faults.into_iter().next() {
         let source = &rows[row].source;
+        let doubt = if matches!(fault, Fault::BeyondLimit { .. }) {
+            doubt()
+        } else {
+            None
+        };
         if bad.len() == rows.len() {
+            if let Some(doubt) = doubt {
+                return Err(GraspImportError::Implausible(doubt));
+            }
             return Err(GraspImportError::NoneUsable {
                 source_of_grasp: source.clone(),
                 fault,
@@ -355,6 +411,7 @@ fn fill(
             bad.len(),
             rows.len(),
         ));
+        notes.extend(doubt.map(|doubt| doubt.to_string()));
     }
     let mut place = 0;
     file.grasps.retain(|_| {

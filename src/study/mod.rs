@@ -98,6 +98,7 @@ mod export;
 mod given_labels;
 mod gradient_points;
 mod grasp_import;
+mod import_doubt;
 mod imported;
 mod inputs;
 mod judging;

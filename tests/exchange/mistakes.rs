@@ -37,6 +37,18 @@ fn mistakes_are_one_sentence() {
     write("bad.json", b"[1, 2");
     write("odd.toml", b"rotation_form = \"roll\"");
     write("typo.toml", b"rotations = \"q\"");
+    write("a.npz", b"PK\x03\x04......pose.npy");
+    write("i.yaml", b"format: isaac_grasp\nformat_version: \"1.0\"\n");
+    write("a.h5", b"\x89HDF\r\n\x1a\n");
+    write("a.pt", b"PK\x03\x04......grasps/data.pkl");
+    write("a.xyz", b"1 2 3");
+    write(
+        "g.json",
+        b"{\"object\": {}, \"grasps\": {\"transforms\": [], \"object_in_gripper\": []}}",
+    );
+    fs::create_dir_all(desk.path("empty")).unwrap();
+    fs::create_dir_all(desk.path("data/mug/small")).unwrap();
+    write("data/mug/small/0.npy", &bench()[0]);
     write("gone.toml", b"joints = { jaw = \"finger\" }");
     let with = "--hand gripper_parallel --object ball";
     for (line, words) in [
@@ -77,9 +89,9 @@ fn mistakes_are_one_sentence() {
         (
             format!("import far.csv {with}"),
             &[
-                "none of the grasps can be used",
-                "joint `jaw`",
+                "far.csv: joint `jaw` is at 40",
                 "beyond its limits",
+                "probably its joints are in millimetres",
             ],
         ),
         (
@@ -117,7 +129,51 @@ fn mistakes_are_one_sentence() {
             format!("import t.csv {with} -o t.csv"),
             &["is an input of this command"],
         ),
-        (format!("import nowhere {with}"), &["nowhere", "for grasps"]),
+        (
+            format!("import nowhere {with}"),
+            &["nowhere", "no such file or folder"],
+        ),
+        (
+            format!("import empty {with}"),
+            &["empty: it holds neither .npy files", "min.data"],
+        ),
+        (
+            format!("import data {with}"),
+            &["grasps lie deeper", "data/mug/small"],
+        ),
+        (
+            format!("import a.npz {with}"),
+            &[
+                "a.npz",
+                "numpy.savez",
+                "is not read",
+                ".npy, .csv, .json or .parquet",
+            ],
+        ),
+        (
+            "import a.npz".to_owned(),
+            &["a.npz", "numpy.savez", "is not read"],
+        ),
+        (
+            format!("import i.yaml {with}"),
+            &["i.yaml", "isaac_grasp", "is not read", ".csv"],
+        ),
+        (
+            format!("import a.h5 {with}"),
+            &["a.h5", "HDF5", "ACRONYM", "is not read"],
+        ),
+        (
+            format!("import a.pt {with}"),
+            &["a.pt", "PyTorch", "is not read"],
+        ),
+        (
+            format!("import g.json {with}"),
+            &["g.json", "GraspGen", "is not read", ".csv"],
+        ),
+        (
+            format!("import a.xyz {with}"),
+            &["a.xyz", ".xyz is not read"],
+        ),
         (
             "export t.parquet csv -o t.npy -q".to_owned(),
             &["must end in .csv"],

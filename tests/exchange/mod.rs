@@ -2,15 +2,17 @@
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
+mod frames;
 mod mistakes;
 mod models;
+mod readings;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::desk::{Desk, assert_says};
 use crate::pickled::bench;
-use landscape::hand::{Hand, HandFiles, PosedHand};
+use landscape::hand::{Hand, PosedHand};
 use landscape::mesh::{ExactMesh, Mesh};
 use landscape::store::exchange::{Columns, JointColumns, Mapping, read, table_csv, table_json};
 use landscape::store::{GraspFile, GraspRow, Overrides};
@@ -357,53 +359,6 @@ fn dictionaries_of_dexgraspbench_are_read() {
         "import . --hand gripper_parallel --object ball -o all.parquet",
     );
     assert_says(&said, &["6 of 6 grasps (DexGraspBench)"]);
-}
-
-/// A hand whose palm is moved and rotated from the origin. MuJoCo Menagerie's Shadow hand is moved by 34 mm.
-const OFFSET_HAND: &str = r#"<mujoco><compiler angle="radian"/><worldbody>
-<body name="palm" pos="0.01 0 0.034" quat="0.8 0 0.6 0"><geom type="box" size="0.03 0.01 0.03"/>
-<body name="thumb" pos="-0.02 0 0.03"><geom type="capsule" fromto="0 0 0 0 0 0.05" size="0.008"/></body>
-<body name="finger" pos="0.02 0 0.03"><joint name="jaw" axis="0 1 0" range="-1 1"/>
-<geom type="capsule" fromto="0 0 0 0 0 0.05" size="0.008"/></body></body></worldbody></mujoco>"#;
-
-#[test]
-fn a_qpos_places_the_outermost_body() {
-    let desk = Desk::empty();
-    fs::write(desk.path("offset.xml"), OFFSET_HAND).unwrap();
-    fs::write(desk.path("a.npy"), &bench()[0]).unwrap();
-    succeed(
-        &desk,
-        "import a.npy --hand offset.xml --object ball -o a.parquet",
-    );
-    // As published, but for the object's pose: see `dictionaries_of_dexgraspbench_are_read`.
-    let half = 0.5f64.sqrt();
-    let published = [-0.19, 0.05, -0.3, half, half, 0.0, 0.0];
-    let hand = Hand::from_files(&HandFiles::load(&desk.path("offset.xml")).unwrap()).unwrap();
-    let palm = hand.links.iter().position(|link| link.name == "palm");
-    let grasp = &grasps(&desk.path("a.parquet")).grasps[0];
-    let mut posed = PosedHand::default();
-    hand.pose(&grasp.grasp.pose, &mut posed);
-    let frame = posed.object_from_link[palm.unwrap()];
-    for (t, expected) in frame.translation.iter().zip(published) {
-        assert!((t - expected).abs() < 1e-7, "{}", frame.translation);
-    }
-    // A quarter turn about x.
-    let turned = frame.rotation.column(1);
-    assert!((turned[2] - 1.0).abs() < 1e-7, "{}", frame.rotation);
-    let root_m: Vec<f64> = (grasp.grasp.pose.iter().zip(published).map(|(x, p)| x - p)).collect();
-    let away_m = root_m[..3].iter().map(|d| d * d).sum::<f64>().sqrt();
-    assert!(
-        (away_m - libm::hypot(0.01f64, 0.034)).abs() < 1e-7,
-        "{away_m}"
-    );
-    // And back.
-    succeed(&desk, "export a.parquet qpos");
-    let text = fs::read_to_string(desk.path("a.qpos.csv")).unwrap();
-    let row = text.lines().nth(1).unwrap();
-    let qpos: Vec<f64> = row.split(',').map(|q| q.parse().unwrap()).collect();
-    for (q, expected) in qpos[1..8].iter().zip(published) {
-        assert!((q - expected).abs() < 1e-7, "{row}");
-    }
 }
 
 #[test]

@@ -49,3 +49,61 @@ const BENCH: [&str; 3] = [
 pub(crate) fn bench() -> [Vec<u8>; 3] {
     BENCH.map(|text| STANDARD.decode(text).unwrap())
 }
+
+/// A value of a pickled dictionary.
+pub(crate) enum Value<'a> {
+    Text(&'a str),
+    Texts(&'a [&'a str]),
+    /// An array of numbers with its shape.
+    Array(&'a [usize], &'a [f64]),
+    Dictionary(&'a [(&'a str, Value<'a>)]),
+}
+
+/// A file of numpy that holds one object, as `numpy.save` of a dictionary.
+pub(crate) fn npy_of(value: &Value<'_>) -> Vec<u8> {
+    let mut header = b"{'descr': '|O', 'fortran_order': False, 'shape': (), }".to_vec();
+    header.resize(117, b' ');
+    header.push(b'\n');
+    let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+    bytes.extend(header);
+    bytes.extend(b"\x80\x03");
+    write(&mut bytes, value);
+    bytes.push(b'.');
+    bytes
+}
+
+fn write(bytes: &mut Vec<u8>, value: &Value<'_>) {
+    match value {
+        Value::Text(text) => {
+            bytes.push(b'X');
+            bytes.extend(u32::try_from(text.len()).unwrap().to_le_bytes());
+            bytes.extend(text.as_bytes());
+        }
+        Value::Texts(texts) => {
+            bytes.extend(b"](");
+            for text in *texts {
+                write(bytes, &Value::Text(text));
+            }
+            bytes.push(b'e');
+        }
+        Value::Array(shape, values) => {
+            bytes.extend(b"cnumpy.core.numeric\n_frombuffer\n(B");
+            bytes.extend(u32::try_from(8 * values.len()).unwrap().to_le_bytes());
+            bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+            bytes.extend(b"cnumpy\ndtype\nX\x03\x00\x00\x00<f8\x85R(");
+            for side in *shape {
+                bytes.push(b'J');
+                bytes.extend(i32::try_from(*side).unwrap().to_le_bytes());
+            }
+            bytes.extend(b"tX\x01\x00\x00\x00CtR");
+        }
+        Value::Dictionary(entries) => {
+            bytes.extend(b"}(");
+            for (key, value) in *entries {
+                write(bytes, &Value::Text(key));
+                write(bytes, value);
+            }
+            bytes.push(b'u');
+        }
+    }
+}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import warnings
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
@@ -834,7 +835,8 @@ def import_grasps(
     """Grasps of another program: the same bytes as ``landscape import``.
 
     Formats: DexGraspNet (R. Wang et al., ICRA 2023), DexGraspBench and BODex (J. Chen et al., ICRA 2025), Dexonomy (J. Chen et
-    al., RSS 2025), arrays of ``qpos``, and tables; ``docs/import_export.md`` describes them.
+    al., RSS 2025), arrays of ``qpos``, and tables; ``docs/import_export.md`` describes them. If the grasps lie beside the
+    object, a :class:`UserWarning` names the unit, order or frame that would fit.
 
     Parameters
     ----------
@@ -854,7 +856,8 @@ def import_grasps(
     Raises
     ------
     InputError
-        If the file is of no known format, does not fit the hand, or holds no grasps.
+        If the file is of no known format, does not fit the hand, or holds no grasps, or if these are more than half a metre
+        from the object.
     FileNotFoundError
         If there is no such file.
     """
@@ -864,7 +867,10 @@ def import_grasps(
     target = Path(out) if folder is None else folder / "grasps.parquet"  # type: ignore[arg-type]
     words = [*hand._flags(named=True), *object._flags(), *flags(mapping=mapping, force=force)]
     command("import", existing(path), *words, "--quiet", "--output", target, progress=progress)
-    return Grasps(_native.Grasps.read(target, None, None), target, folder)
+    grasps = Grasps(_native.Grasps.read(target, None, None), target, folder)
+    if "doubt" in grasps.metadata["settings"]:
+        warnings.warn(grasps.metadata["settings"]["doubt"], stacklevel=2)
+    return grasps
 
 
 def join(*sets: Grasps | StrPath, out: StrPath | None = None, force: bool = False) -> Grasps:

@@ -36,7 +36,7 @@ pub(in crate::cli) struct Import {
         allow_negative_numbers = true
     )]
     pub(super) scale: Option<f64>,
-    /// Meaning of the columns of a table (TOML, see below).
+    /// Meaning of the columns of a table, and units and frames of any file (TOML, see below).
     #[arg(long, value_name = "FILE", requires = "hand")]
     pub(super) mapping: Option<PathBuf>,
     #[command(flatten)]
@@ -59,13 +59,15 @@ Examples:
   landscape import lj7                                     lj7.landscape/ from lj7/min.data and lj7/ts.data
 
 Grasps are written to a Parquet file for `landscape build`, `inspect` and so on. The program recognises the format: .npy
-of DexGraspNet (joints by name, Euler angles about fixed axes), .npy of DexGraspBench (position, quaternion w x y z,
-joints in the hand's order), or a table (.csv, .json, .parquet). Nothing in a pickle is ever executed. If the file has
-no contacts, the best ones by the default energy are chosen. Without --scale all scales are kept. docs/import_export.md
-says more.
+of DexGraspNet (joints by name, Euler angles about fixed axes), .npy of DexGraspBench, BODex or Dexonomy (position,
+quaternion w x y z, joints in the hand's order), or a table (.csv, .json, .parquet). Nothing in a pickle is ever executed.
+If the file has no contacts, the best ones by the default energy are chosen. Without --scale all scales are kept. Grasps
+that lie beside their object give a warning with the unit, order or frame that fits, or are refused.
+docs/import_export.md says more.
 
-A mapping gives the meaning of the columns of a table (TOML; all entries are optional):
-  translation = [\"x\", \"y\", \"z\"]        or one column of lists; translation_unit = \"m\", \"cm\", \"mm\"
+A mapping gives the meaning of the columns of a table (TOML; all entries are optional; units, frame and rotation_form hold
+for .npy, too):
+  translation = [\"x\", \"y\", \"z\"]        or one column of lists; translation_unit = \"m\", \"cm\", \"mm\", \"mesh\"
   rotation = \"quat\"                      or several columns
   rotation_form = \"wxyz\"                 or xyzw, fixed_xyz, rotation_vector, matrix; rotation_unit = \"rad\", \"deg\"
   frame = \"object_from_hand\"             or hand_from_object

@@ -14,7 +14,7 @@ use crate::cli::provenance::name_of;
 use crate::cli::run::Watch;
 use crate::grasp::Judgement;
 use crate::limits::OBJECT_SCALE;
-use crate::store::exchange::{Mapping, files_of};
+use crate::store::exchange::{Mapping, check_kind, files_of};
 use crate::store::{Source, content_hash};
 use crate::study::{
     GraspImportError, GraspImportSettings, ImportedGrasps, Run, ScaleCounts, import_grasps,
@@ -33,6 +33,9 @@ const VAGUE_NAMES: [&str; 8] = [
 ];
 
 pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
+    if command.path.is_file() {
+        check_kind(&command.path)?;
+    }
     let hand = command.hand.as_deref();
     let hand = hand.context("--hand: the hand of the grasps must be named (a URDF or MJCF file, or one that comes with the program)")?;
     let object = command.object.as_deref();

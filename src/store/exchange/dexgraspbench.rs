@@ -1,13 +1,17 @@
 //! DexGraspBench, `BODex` and Dexonomy: `grasp_qpos` is position, quaternion w x y z, and joints, in the order of `joint_names`
-//! if there is such a list, and otherwise in the hand's order.
+//! if there is such a list, and otherwise in the hand's order. `BODex` itself writes `robot_pose` instead, which also holds the
+//! poses before and after.
+
+use std::path::Path;
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use super::joints::matched;
 use super::mapping::Mapping;
+use super::scene::{Stand, stand};
 use super::{Published, Read, finite};
 use crate::formats::array::Numbers;
-use crate::formats::pickle::{Heap, Id, Node};
+use crate::formats::pickle::{Heap, Id};
 use crate::printable::counted;
 use crate::space::Pose;
 
@@ -21,9 +25,18 @@ pub(super) fn read(
     items: &[Id],
     hand: &[String],
     mapping: &Mapping,
+    path: &Path,
 ) -> Result<Read, String> {
+    // BODex describes the hand by a URDF whose root is the outermost body of the MJCF.
+    let of_outermost_body =
+        (items.first()).is_some_and(|first| heap.entry(*first, "grasp_qpos").is_none());
     let mut read = Read {
-        format: "DexGraspBench",
+        format: if of_outermost_body {
+            "BODex"
+        } else {
+            "DexGraspBench"
+        },
+        of_outermost_body,
         ..Read::default()
     };
     let mut names_all = true;
@@ -35,8 +48,13 @@ pub(super) fn read(
         };
         let names = given.or_else(own);
         names_all &= names.is_some();
-        let found =
-            order(names.as_deref(), hand).and_then(|order| grasps(heap, item, &order, &mut read));
+        let found = order(names.as_deref(), hand).and_then(|order| {
+            let rows = Rows {
+                order: &order,
+                mapping,
+            };
+            grasps(heap, item, &rows, path, &mut read)
+        });
         found.map_err(|problem| match items.len() {
             1 => problem,
             _ => format!("entry {place}: {problem}"),
@@ -67,7 +85,11 @@ pub(super) fn of_numbers(
     let names = mapping.joint_names.as_ref().map(|names| texts(names));
     let order = order(names.as_deref(), hand)?;
     for (place, row) in rows.iter().enumerate() {
-        let grasp = of_row(row, &order).map_err(|problem| format!("row {place}: {problem}"))?;
+        let rows = Rows {
+            order: &order,
+            mapping,
+        };
+        let grasp = (rows.grasp(row)).map_err(|problem| format!("row {place}: {problem}"))?;
         read.grasps.push(grasp);
     }
     if names.is_none() {
@@ -95,59 +117,57 @@ fn note_order(hand: &[String], read: &mut Read) {
     ));
 }
 
-fn grasps(heap: &Heap, item: Id, order: &[usize], read: &mut Read) -> Result<(), String> {
-    let qpos = heap
-        .entry(item, "grasp_qpos")
-        .ok_or("it has no `grasp_qpos`")?;
-    let qpos = heap
-        .numbers(qpos)
-        .ok_or("its `grasp_qpos` is no array of numbers")?;
-    let rows = qpos
-        .rows()
-        .ok_or_else(|| format!("its `grasp_qpos` has the shape {:?}", qpos.shape))?;
-    let scale = match heap.entry(item, "obj_scale") {
-        Some(scale) => {
-            // The scale is one number, or three equal ones.
-            let scales = heap
-                .few(scale, 3)
-                .ok_or("its `obj_scale` is neither one number nor three")?;
-            finite(&scales, "`obj_scale`")?;
-            let first = *scales.first().ok_or("its `obj_scale` is empty")?;
-            if scales.iter().any(|other| (other - first).abs() > 1e-9) {
-                return Err(
-                    "its `obj_scale` differs between axes, which is not supported".to_owned(),
-                );
-            }
-            Some(first)
-        }
-        None => None,
+/// How the numbers of a row are read.
+struct Rows<'a> {
+    /// For each joint of the hand, its place among the joints of a row.
+    order: &'a [usize],
+    mapping: &'a Mapping,
+}
+
+fn grasps(
+    heap: &Heap,
+    item: Id,
+    rows: &Rows<'_>,
+    path: &Path,
+    read: &mut Read,
+) -> Result<(), String> {
+    let (key, qpos) = if read.of_outermost_body {
+        ("robot_pose", at_grasp(heap, item)?)
+    } else {
+        let qpos = heap
+            .entry(item, "grasp_qpos")
+            .ok_or("it has no `grasp_qpos`")?;
+        let qpos = heap
+            .numbers(qpos)
+            .ok_or("its `grasp_qpos` is no array of numbers")?;
+        let qpos = qpos
+            .rows()
+            .ok_or_else(|| format!("its `grasp_qpos` has the shape {:?}", qpos.shape))?;
+        ("grasp_qpos", qpos)
     };
-    let object_pose = match heap.entry(item, "obj_pose") {
-        Some(pose) => {
-            let pose = heap
-                .few(pose, 7)
-                .ok_or("its `obj_pose` is no array of 7 numbers")?;
-            Some(isometry(&pose, "`obj_pose`")?)
+    let Stand {
+        pose_of_object,
+        scales,
+        object,
+        notes,
+    } = stand(heap, item, qpos.len(), path)?;
+    for note in notes {
+        if !read.notes.contains(&note) {
+            read.notes.push(note);
         }
-        None => None,
-    };
-    let object = heap
-        .entry(item, "obj_path")
-        .and_then(|path| match heap.node(path) {
-            Node::Text(path) => Some(path.clone()),
-            _ => None,
-        });
-    for (place, row) in rows.iter().enumerate() {
-        let mut grasp =
-            of_row(row, order).map_err(|problem| format!("`grasp_qpos` {place}: {problem}"))?;
-        if let Some(object_pose) = &object_pose {
-            let hand = isometry(&row[..7], "`grasp_qpos`")?;
+    }
+    for (place, row) in qpos.iter().enumerate() {
+        let mut grasp = rows
+            .grasp(row)
+            .map_err(|problem| format!("`{key}` {place}: {problem}"))?;
+        if let Some(object_pose) = &pose_of_object {
+            let hand = isometry(&grasp.pose[..7], key)?;
             let relative = object_pose.inv_mul(&hand);
             let t = relative.translation.vector;
             let q = relative.rotation;
             grasp.pose = Pose::new(t.into(), [q.w, q.i, q.j, q.k], grasp.pose.joints());
         }
-        grasp.scale = scale;
+        grasp.scale = scales.as_ref().map(|scales| scales[place % scales.len()]);
         grasp.object.clone_from(&object);
         read.grasps.push(grasp);
     }
@@ -157,31 +177,57 @@ fn grasps(heap: &Heap, item: Id, order: &[usize], read: &mut Read) -> Result<(),
     Ok(())
 }
 
-fn of_row(row: &[f64], order: &[usize]) -> Result<Published, String> {
-    if row.len() != 7 + order.len() {
+/// The rows of `BODex` at the grasp: its array holds scenes, grasps, and of each grasp the pose before, at and after closing.
+fn at_grasp(heap: &Heap, item: Id) -> Result<Vec<Vec<f64>>, String> {
+    let poses = heap
+        .entry(item, "robot_pose")
+        .and_then(|poses| heap.numbers(poses))
+        .ok_or("it has neither `grasp_qpos` nor numbers in `robot_pose`")?;
+    let [_, _, 3, columns] = poses.shape[..] else {
         return Err(format!(
-            "it holds {} numbers; position, quaternion and the {} joints of the hand make {}",
-            row.len(),
-            order.len(),
-            7 + order.len()
+            "its `robot_pose` has the shape {:?}; scenes × grasps × 3 poses (before, at and after closing) × numbers are needed",
+            poses.shape
         ));
+    };
+    if columns == 0 {
+        return Err("its `robot_pose` is empty".to_owned());
     }
-    finite(row, "it")?;
-    let (pose, joints) = row.split_at(7);
-    isometry(pose, "it")?;
-    let joints: Vec<f64> = order.iter().map(|place| joints[*place]).collect();
-    Ok(Published {
-        id: None,
-        pose: [pose, &joints].concat().into(),
-        scale: None,
-        object: None,
-        label: None,
-        contacts: None,
-    })
+    let rows = poses.values.chunks_exact(columns);
+    Ok(rows.skip(1).step_by(3).map(<[f64]>::to_vec).collect())
+}
+
+impl Rows<'_> {
+    fn grasp(&self, row: &[f64]) -> Result<Published, String> {
+        let Self { order, mapping } = self;
+        if row.len() != 7 + order.len() {
+            return Err(format!(
+                "it holds {} numbers; position, quaternion and the {} joints of the hand make {}",
+                row.len(),
+                order.len(),
+                7 + order.len()
+            ));
+        }
+        finite(row, "it")?;
+        let (pose, joints) = row.split_at(7);
+        isometry(pose, "it")?;
+        let rotation = mapping.ordered(std::array::from_fn(|k| pose[3 + k]))?;
+        let (translation_m, rotation_wxyz) =
+            mapping.directed(std::array::from_fn(|k| pose[k]), rotation);
+        let unit = mapping.joint_unit.radians();
+        let joints: Vec<f64> = order.iter().map(|place| unit * joints[*place]).collect();
+        Ok(Published {
+            id: None,
+            pose: Pose::new(translation_m, rotation_wxyz, &joints),
+            scale: None,
+            object: None,
+            label: None,
+            contacts: None,
+        })
+    }
 }
 
 /// The motion given by a position and a quaternion w x y z.
-fn isometry(pose: &[f64], what: &str) -> Result<Isometry3<f64>, String> {
+pub(super) fn isometry(pose: &[f64], what: &str) -> Result<Isometry3<f64>, String> {
     finite(pose, what)?;
     let [x, y, z, qw, qx, qy, qz] = *pose else {
         return Err(format!(
@@ -192,7 +238,7 @@ fn isometry(pose: &[f64], what: &str) -> Result<Isometry3<f64>, String> {
     let quaternion = Quaternion::new(qw, qx, qy, qz);
     if (quaternion.norm() - 1.0).abs() > UNIT_TOLERANCE {
         return Err(format!(
-            "{what} has numbers 4 to 7 of length {:.4}, which are no unit quaternion w x y z",
+            "{what} has numbers 4 to 7 of length {:.4}, which are no unit quaternion",
             quaternion.norm()
         ));
     }
@@ -220,10 +266,11 @@ mod tests {
         }
         writer.close_dictionary();
         let (heap, whole) = pickle::load(&writer.finish()).unwrap();
-        let Node::Objects(items) = heap.node(whole) else {
+        let crate::formats::pickle::Node::Objects(items) = heap.node(whole) else {
             panic!("no array of objects");
         };
-        read(&heap, items, &hand.map(str::to_owned), mapping)
+        let path = Path::new("grasps.npy");
+        read(&heap, items, &hand.map(str::to_owned), mapping, path)
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::euler::of_euler;
 use super::joints::matched;
-use super::mapping::Mapping;
+use super::mapping::{Mapping, RotationForm};
 use super::{Published, Read, finite};
 use crate::formats::pickle::{Heap, Id, Node};
 use crate::space::Pose;
@@ -17,6 +17,12 @@ pub(super) fn read(
     hand: &[String],
     mapping: &Mapping,
 ) -> Result<Read, String> {
+    if mapping.rotation_form != RotationForm::default() {
+        return Err(
+            "the rotations of DexGraspNet are angles about fixed axes: leave `rotation_form` out of the mapping"
+                .to_owned(),
+        );
+    }
     let mut grasps = Vec::with_capacity(items.len());
     for (place, &item) in items.iter().enumerate() {
         let grasp = grasp(heap, item, hand, mapping)
@@ -25,8 +31,8 @@ pub(super) fn read(
     }
     Ok(Read {
         grasps,
-        notes: Vec::new(),
         format: "DexGraspNet",
+        ..Read::default()
     })
 }
 
@@ -102,13 +108,13 @@ fn grasp(heap: &Heap, item: Id, hand: &[String], mapping: &Mapping) -> Result<Pu
     if let Some(scale) = scale {
         finite(&[scale], "`scale`")?;
     }
+    let (translation_m, rotation_wxyz) =
+        mapping.directed(complete(0, TRANSLATION)?, of_euler(complete(1, ROTATION)?));
+    let unit = mapping.joint_unit.radians();
+    let joints: Vec<f64> = partners.map(|place| unit * qpos.angles[place]).collect();
     Ok(Published {
         id: None,
-        pose: Pose::new(
-            complete(0, TRANSLATION)?,
-            of_euler(complete(1, ROTATION)?),
-            &partners.map(|place| qpos.angles[place]).collect::<Vec<_>>(),
-        ),
+        pose: Pose::new(translation_m, rotation_wxyz, &joints),
         scale,
         object: None,
         label: None,

@@ -5,17 +5,16 @@ use crate::formats::pickle_writer::Writer;
 use crate::hand::Hand;
 use crate::store::GraspRow;
 
-use super::write::outermost;
-
 /// A grasp as `DexGraspBench` and Dexonomy store one in a file, for `numpy.load(…, allow_pickle=True).item()`: position,
-/// quaternion w x y z of the hand's outermost body and joints, before the hand closes, when it touches and when it presses.
-/// The object stands at the origin of the world.
+/// quaternion w x y z of the hand and joints, before the hand closes, when it touches and when it presses. The hand's frame is
+/// that of its description: both programs attach the world of the MJCF to a body with a free joint. The object stands at the
+/// origin of the world.
 ///
 /// # Panics
 /// If the grasp is one of another hand.
 pub fn dexonomy_npy(hand: &Hand, grasp: &GraspRow, before: &[f64], squeezed: &[f64]) -> Vec<u8> {
     let pose = &grasp.grasp.pose;
-    let body = outermost(hand, pose);
+    let root = [pose.translation_m(), &pose.rotation_wxyz()].concat();
     let mut writer = Writer::of_object();
     writer.open_dictionary();
     for (key, joints) in [
@@ -24,7 +23,7 @@ pub fn dexonomy_npy(hand: &Hand, grasp: &GraspRow, before: &[f64], squeezed: &[f
         ("squeeze_qpos", squeezed),
     ] {
         writer.text(key);
-        writer.numbers(&[&body, joints].concat());
+        writer.numbers(&[&root, joints].concat());
     }
     writer.text("obj_pose");
     writer.numbers(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]);

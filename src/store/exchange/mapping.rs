@@ -11,14 +11,15 @@ use super::table::{Cell, Table};
 use super::{Published, Read, finite, listed};
 use crate::space::Pose;
 
-/// Meaning of the columns of a table. Omitted columns are sought under the names that `landscape export` writes.
+/// Meaning of the columns of a table, and of the numbers of any file. Omitted columns are sought under the names that
+/// `landscape export` writes.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Mapping {
     /// Position: one column of lists, or three columns.
     pub translation: Option<Columns>,
-    /// Unit of positions.
-    pub translation_unit: LengthUnit,
+    /// Unit of positions; metres if it is not stated. A stated unit is believed even if no grasp is near the object.
+    pub translation_unit: Option<LengthUnit>,
     /// Rotation: one column of lists, or one column for each number of its form.
     pub rotation: Option<Columns>,
     /// Representation of rotations.
@@ -86,6 +87,8 @@ pub enum LengthUnit {
     Cm,
     /// Millimetres.
     Mm,
+    /// The unit of the object's mesh: metres once multiplied with the scale of the object.
+    Mesh,
 }
 
 /// Units of angles.
@@ -99,8 +102,19 @@ pub enum AngleUnit {
     Deg,
 }
 
+impl LengthUnit {
+    /// The unit in metres; that of the mesh depends on the grasp, and counts as 1 here.
+    fn metres(self) -> f64 {
+        match self {
+            Self::M | Self::Mesh => 1.0,
+            Self::Cm => 1e-2,
+            Self::Mm => 1e-3,
+        }
+    }
+}
+
 impl AngleUnit {
-    fn radians(self) -> f64 {
+    pub(super) fn radians(self) -> f64 {
         match self {
             Self::Rad => 1.0,
             Self::Deg => std::f64::consts::PI / 180.0,
@@ -181,6 +195,42 @@ pub enum Frame {
     HandFromObject,
 }
 
+impl Mapping {
+    /// Position (metres) and quaternion of the hand in the object's frame, from a position in the unit of the mapping and a
+    /// rotation, which are a pose in its direction.
+    pub(super) fn directed(
+        &self,
+        translation: [f64; 3],
+        rotation_wxyz: [f64; 4],
+    ) -> ([f64; 3], [f64; 4]) {
+        let metres = self.translation_unit.unwrap_or_default().metres();
+        let translation_m = translation.map(|x| x * metres);
+        if self.frame == Frame::ObjectFromHand {
+            return (translation_m, rotation_wxyz);
+        }
+        let [w, x, y, z] = rotation_wxyz;
+        let inverse = Isometry3::from_parts(
+            Translation3::from(Vector3::from(translation_m)),
+            UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)),
+        )
+        .inverse();
+        let q = inverse.rotation;
+        (inverse.translation.vector.into(), [q.w, q.i, q.j, q.k])
+    }
+
+    /// The quaternion w x y z of four numbers in the order that the mapping tells.
+    pub(super) fn ordered(&self, [a, b, c, d]: [f64; 4]) -> Result<[f64; 4], String> {
+        match self.rotation_form {
+            RotationForm::Wxyz => Ok([a, b, c, d]),
+            RotationForm::Xyzw => Ok([d, a, b, c]),
+            _ => Err(
+                "the rotations of this format are quaternions: `rotation_form` is `wxyz` or `xyzw`"
+                    .to_owned(),
+            ),
+        }
+    }
+}
+
 /// The columns in use; all of them exist.
 struct Layout<'a> {
     mapping: &'a Mapping,
@@ -238,6 +288,7 @@ pub(super) fn read(table: &Table, hand: &[String], mapping: &Mapping) -> Result<
             .collect::<Result<_, _>>()?,
         notes,
         format: "table",
+        ..Read::default()
     })
 }
 
@@ -355,11 +406,6 @@ fn named(
 impl Layout<'_> {
     fn grasp(&self, row: &BTreeMap<String, Cell>) -> Result<Published, String> {
         let mapping = self.mapping;
-        let length = match mapping.translation_unit {
-            LengthUnit::M => 1.0,
-            LengthUnit::Cm => 1e-2,
-            LengthUnit::Mm => 1e-3,
-        };
         let translation = numbers(row, &self.translation)?;
         let Ok(translation) = <[f64; 3]>::try_from(translation.as_slice()) else {
             return Err(format!(
@@ -367,22 +413,11 @@ impl Layout<'_> {
                 translation.len()
             ));
         };
-        let mut translation_m = translation.map(|x| x * length);
         let rotation = numbers(row, &self.rotation)?;
-        let mut rotation_wxyz = mapping
+        let rotation = mapping
             .rotation_form
             .quaternion(&rotation, mapping.rotation_unit)?;
-        if mapping.frame == Frame::HandFromObject {
-            let [w, x, y, z] = rotation_wxyz;
-            let inverse = Isometry3::from_parts(
-                Translation3::from(Vector3::from(translation_m)),
-                UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)),
-            )
-            .inverse();
-            translation_m = inverse.translation.vector.into();
-            let q = inverse.rotation;
-            rotation_wxyz = [q.w, q.i, q.j, q.k];
-        }
+        let (translation_m, rotation_wxyz) = mapping.directed(translation, rotation);
         let (columns, places) = &self.joints;
         let joints = numbers(row, columns)?;
         let expected = mapping.joint_names.as_ref().map_or(places.len(), Vec::len);

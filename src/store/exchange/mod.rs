@@ -3,7 +3,8 @@
 //! | format | content |
 //! | --- | --- |
 //! | DexGraspNet `.npy` | an array of dictionaries: `scale`, and `qpos` with an angle for each joint by name, `WRJTx…z` (metres) and `WRJRx…z` (Euler angles about fixed axes x, y, z) |
-//! | DexGraspBench, Dexonomy, `BODex` `.npy` | a dictionary: `grasp_qpos` (position, quaternion w x y z, joints), `obj_pose`, `obj_scale` |
+//! | DexGraspBench, Dexonomy `.npy` | a dictionary: `grasp_qpos` (position, quaternion w x y z, joints), and `obj_pose` and `obj_scale` or a scene that holds them |
+//! | `BODex` `.npy` | a dictionary: `robot_pose` (the same numbers before, at and after closing), `joint_names`, `world_cfg` |
 //! | tables | CSV, JSON (a list of objects) or Parquet, with a [`Mapping`] that gives the meaning of the columns |
 //! | Isaac `.yaml` | written only: `isaac_grasp` 1.0 |
 //!
@@ -16,7 +17,9 @@ mod euler;
 mod isaac;
 mod joints;
 mod mapping;
+mod scene;
 mod table;
+mod unread;
 mod write;
 
 use std::path::{Path, PathBuf};
@@ -64,10 +67,13 @@ pub struct Read {
     pub notes: Vec<String>,
     /// Name of the format.
     pub format: &'static str,
+    /// Whether poses are those of the hand's outermost body ([`Hand::root_offset`](crate::hand::Hand::root_offset)) and not
+    /// of the frame of its description (the world of an MJCF).
+    pub of_outermost_body: bool,
 }
 
 /// Reads grasps of a hand with joints `joint_names` from a file of any of the formats. `mapping` describes the columns of
-/// tables. For other files only its names of joints and its unit of angles are used.
+/// tables. Of other files it tells the units, the direction of the pose, the order of quaternions and the names of joints.
 ///
 /// # Errors
 /// One sentence that names the file, the grasp if there is one, and the problem.
@@ -79,7 +85,7 @@ pub fn read(path: &Path, joint_names: &[String], mapping: &Mapping) -> Result<Re
     match ending(path).as_str() {
         "npy" => {
             let content = npy::read(&bytes(path)?).map_err(foreign)?;
-            of_npy(&content, joint_names, mapping).map_err(foreign)
+            of_npy(&content, joint_names, mapping, path).map_err(foreign)
         }
         "csv" => {
             let table = table::of_csv(&bytes(path)?).map_err(foreign)?;
@@ -93,10 +99,22 @@ pub fn read(path: &Path, joint_names: &[String], mapping: &Mapping) -> Result<Re
             let table = table::of_parquet(path)?;
             mapping::read(&table, joint_names, mapping).map_err(foreign)
         }
-        _ => Err(foreign(
-            "grasps are read from files that end in .npy, .csv, .json or .parquet".to_owned(),
-        )),
+        _ => Err(foreign(unread::sentence(path))),
     }
+}
+
+/// Refuses a file of a kind that [`read`] does not read, with what it is and what is read instead.
+///
+/// # Errors
+/// If its name does not end in `.npy`, `.csv`, `.json` or `.parquet`.
+pub fn check_kind(path: &Path) -> Result<(), StoreError> {
+    if ["npy", "csv", "json", "parquet"].contains(&ending(path).as_str()) {
+        return Ok(());
+    }
+    Err(StoreError::Foreign {
+        path: path.to_path_buf(),
+        problem: unread::sentence(path),
+    })
 }
 
 /// The files of grasps at `path`: the file itself, or the `.npy` files of a folder by name.
@@ -121,6 +139,7 @@ fn of_npy(
     content: &npy::Content,
     joint_names: &[String],
     mapping: &Mapping,
+    path: &Path,
 ) -> Result<Read, String> {
     match content {
         npy::Content::Numbers(numbers) => dexgraspbench::of_numbers(numbers, joint_names, mapping),
@@ -132,10 +151,13 @@ fn of_npy(
             let first = items.first().ok_or("it holds no grasps")?;
             if heap.entry(*first, "qpos").is_some() {
                 dexgraspnet::read(heap, &items, joint_names, mapping)
-            } else if heap.entry(*first, "grasp_qpos").is_some() {
-                dexgraspbench::read(heap, &items, joint_names, mapping)
+            } else if ["grasp_qpos", "robot_pose"]
+                .iter()
+                .any(|key| heap.entry(*first, key).is_some())
+            {
+                dexgraspbench::read(heap, &items, joint_names, mapping, path)
             } else {
-                Err("its grasps have neither `qpos` (DexGraspNet) nor `grasp_qpos` (DexGraspBench, Dexonomy)".to_owned())
+                Err("its grasps have neither `qpos` (DexGraspNet) nor `grasp_qpos` (DexGraspBench, Dexonomy) nor `robot_pose` (BODex)".to_owned())
             }
         }
     }

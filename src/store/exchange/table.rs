@@ -64,6 +64,12 @@ pub(super) fn of_json(bytes: &[u8]) -> Result<Table, String> {
     let value: Value =
         serde_json::from_slice(bytes).map_err(|error| format!("it is no valid JSON: {error}"))?;
     let list = value.get("grasps").unwrap_or(&value);
+    if list.get("transforms").is_some() {
+        return Err(format!(
+            "it is a file of GraspGen (its `grasps` holds `transforms`), which is not read here: {}",
+            super::unread::INSTEAD
+        ));
+    }
     let entries = list
         .as_array()
         .ok_or("it is no list of grasps, each an object with named entries")?;

@@ -1,17 +1,16 @@
 //! Writes grasps in the formats of other programs.
 
-use nalgebra::{Rotation3, UnitQuaternion};
 use serde_json::{Map, Value};
 
 use super::dexgraspnet::{ROTATION, TRANSLATION};
 use super::euler::to_euler;
 use crate::formats::npy;
 use crate::formats::pickle_writer::Writer;
-use crate::hand::{Hand, PosedHand};
-use crate::space::Pose;
+use crate::hand::Hand;
 use crate::store::GraspRow;
 
-/// A grasp as MuJoCo's qpos: a free joint (position, quaternion w x y z), then one number per joint of the model.
+/// A grasp as MuJoCo's qpos: a free joint (position, quaternion w x y z), then one number per joint of the model. The free
+/// joint is that of a body to which the world of the hand's file is attached (`MjSpec.attach`).
 #[derive(Debug, Clone, PartialEq)]
 pub struct QposRow {
     /// The id of the grasp.
@@ -152,7 +151,7 @@ pub fn qpos(hand: &Hand, grasps: &[&GraspRow]) -> (Vec<String>, Vec<QposRow>) {
     let names = moving().map(|(_, link, _)| link.joint_name.clone());
     let row = |grasp: &&GraspRow| {
         let pose = &grasp.grasp.pose;
-        let mut qpos = outermost(hand, pose);
+        let mut qpos = [pose.translation_m(), &pose.rotation_wxyz()].concat();
         qpos.extend(moving().map(|(place, _, motion)| {
             let q = pose.joints()[motion.joint];
             // The joint's own coordinate, or the displacement of a joint that follows another.
@@ -165,20 +164,6 @@ pub fn qpos(hand: &Hand, grasps: &[&GraspRow]) -> (Vec<String>, Vec<QposRow>) {
         QposRow { id: grasp.id, qpos }
     };
     (names.collect(), grasps.iter().map(row).collect())
-}
-
-/// Position and quaternion w x y z of the hand's outermost body in the object's frame.
-pub(super) fn outermost(hand: &Hand, pose: &Pose) -> Vec<f64> {
-    if hand.root_offset().is_none() {
-        return [pose.translation_m(), &pose.rotation_wxyz()].concat();
-    }
-    let mut posed = PosedHand::default();
-    hand.pose(pose, &mut posed);
-    let frame = posed.object_from_link[1];
-    let rotation = Rotation3::from_matrix_unchecked(frame.rotation);
-    let q = UnitQuaternion::from_rotation_matrix(&rotation);
-    let t = frame.translation;
-    vec![t.x, t.y, t.z, q.w, q.i, q.j, q.k]
 }
 
 /// A CSV table of qpos vectors, with named columns.

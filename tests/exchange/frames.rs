@@ -1,0 +1,239 @@
+//! Frames of the hand and the object in the files of `DexGraspBench`, `BODex` and Dexonomy.
+
+use std::fs;
+
+use super::{difference, grasps, succeed};
+use crate::desk::{Desk, assert_says};
+use crate::pickled::{Value, npy_of};
+use landscape::hand::{Hand, HandFiles, PosedHand};
+use landscape::store::exchange::{Mapping, read};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+/// A hand with one joint, whose palm stands so in the world of its file.
+fn hand_with_palm(pos: &str, quat: &str) -> String {
+    format!(
+        r#"<mujoco><compiler angle="radian"/><worldbody>
+<body name="palm" pos="{pos}" quat="{quat}"><geom type="box" size="0.03 0.01 0.03"/>
+<body name="thumb" pos="-0.02 0 0.03"><geom type="capsule" fromto="0 0 0 0 0 0.05" size="0.008"/></body>
+<body name="finger" pos="0.02 0 0.03"><joint name="jaw" axis="0 1 0" range="-1 1"/>
+<geom type="capsule" fromto="0 0 0 0 0 0.05" size="0.008"/></body></body></worldbody></mujoco>"#
+    )
+}
+
+const QPOS: [f64; 8] = [0.01, 0.02, -0.1, 0.5, 0.5, -0.5, 0.5, 0.25];
+const TURNED: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+fn assert_near(found: &[f64], expected: &[f64]) {
+    assert_eq!(found.len(), expected.len());
+    for (f, e) in found.iter().zip(expected) {
+        assert!((f - e).abs() < 1e-9, "{found:?} is not {expected:?}");
+    }
+}
+
+#[test]
+fn poses_are_those_of_the_world_of_the_hand_file() {
+    let desk = Desk::empty();
+    fs::write(
+        desk.path("hand.xml"),
+        hand_with_palm("0.01 0 0.034", "0.8 0 0.6 0"),
+    )
+    .unwrap();
+    let file = npy_of(&Value::Dictionary(&[
+        ("grasp_qpos", Value::Array(&[8], &QPOS)),
+        (
+            "obj_pose",
+            Value::Array(&[7], &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]),
+        ),
+        ("obj_scale", Value::Array(&[1], &[1.0])),
+        ("joint_names", Value::Texts(&["jaw"])),
+    ]));
+    fs::write(desk.path("a.npy"), file).unwrap();
+    let of = "--hand hand.xml --object ball -q";
+    succeed(&desk, &format!("import a.npy {of} -o a.parquet"));
+    let imported = grasps(&desk.path("a.parquet"));
+    let pose = &imported.grasps[0].grasp.pose;
+    assert_near(pose, &QPOS);
+    // The palm is where its place in the world puts it.
+    let hand = Hand::from_files(&HandFiles::load(&desk.path("hand.xml")).unwrap()).unwrap();
+    let palm = hand.links.iter().position(|link| link.name == "palm");
+    let mut posed = PosedHand::default();
+    hand.pose(pose, &mut posed);
+    let quaternion = UnitQuaternion::from_quaternion(Quaternion::new(0.5, 0.5, -0.5, 0.5));
+    let expected = quaternion * Vector3::new(0.01, 0.0, 0.034) + Vector3::new(0.01, 0.02, -0.1);
+    let found = posed.object_from_link[palm.unwrap()].translation;
+    assert_near(found.as_slice(), expected.as_slice());
+    // Out and in again, by both formats of such poses.
+    succeed(&desk, "export a.parquet dexonomy -o back");
+    succeed(&desk, &format!("import back {of} -o b.parquet"));
+    assert!(difference(&imported, &grasps(&desk.path("b.parquet"))) < 1e-12);
+    succeed(&desk, "export a.parquet qpos -o q.npy");
+    succeed(&desk, &format!("import q.npy {of} -o c.parquet"));
+    assert!(difference(&imported, &grasps(&desk.path("c.parquet"))) < 1e-12);
+}
+
+/// The grasp of a `BODex` file: its second pose.
+fn bodex() -> Vec<u8> {
+    let other = [0.0, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0, 0.0];
+    let poses: Vec<f64> = [other, QPOS, other].concat();
+    npy_of(&Value::Dictionary(&[
+        ("robot_pose", Value::Array(&[1, 1, 3, 8], &poses)),
+        ("joint_names", Value::Texts(&["jaw"])),
+        ("manip_name", Value::Texts(&["scene_ball"])),
+        (
+            "world_cfg",
+            Value::Dictionary(&[(
+                "mesh",
+                Value::Dictionary(&[
+                    (
+                        "scene_ball",
+                        Value::Dictionary(&[
+                            ("scale", Value::Array(&[3], &[0.5, 0.5, 0.5])),
+                            (
+                                "pose",
+                                Value::Array(&[7], &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]),
+                            ),
+                        ]),
+                    ),
+                    ("scene_table", Value::Dictionary(&[])),
+                ]),
+            )]),
+        ),
+    ]))
+}
+
+/// The corrections with which `DexGraspBench` converts BODex's poses of the Shadow, Allegro and LEAP hands.
+#[test]
+fn poses_of_bodex_are_those_of_the_outermost_body() {
+    let turn =
+        |[w, x, y, z]: [f64; 4]| UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+    let given = turn([0.5, 0.5, -0.5, 0.5]);
+    let at = Vector3::new(0.01, 0.02, -0.1);
+    let allegro = turn([0.0, 1.0, 0.0, 1.0]);
+    let leap = turn([0.0, 1.0, 0.0, 0.0]);
+    let leap_turned = given * leap.inverse();
+    for (pos, quat, position, rotation) in [
+        (
+            "0 0 0.034",
+            "1 0 0 0",
+            at - given * Vector3::new(0.0, 0.0, 0.034),
+            given,
+        ),
+        ("0 0 0", "0 1 0 1", at, given * allegro.inverse()),
+        (
+            "0 0 0.1",
+            "0 1 0 0",
+            at - leap_turned * Vector3::new(0.0, 0.0, 0.1),
+            leap_turned,
+        ),
+    ] {
+        let desk = Desk::empty();
+        fs::write(desk.path("hand.xml"), hand_with_palm(pos, quat)).unwrap();
+        fs::write(desk.path("a.npy"), bodex()).unwrap();
+        let said = succeed(
+            &desk,
+            "import a.npy --hand hand.xml --object ball -o a.parquet",
+        );
+        assert_says(&said, &["1 of 1 grasps (BODex)", "0.5 (1)"]);
+        let grasp = &grasps(&desk.path("a.parquet")).grasps[0];
+        let pose = &grasp.grasp.pose;
+        assert_near(pose.translation_m(), position.as_slice());
+        let turned = turn(pose.rotation_wxyz());
+        assert!(turned.angle_to(&rotation) < 1e-9, "{pos} {quat}: {pose:?}");
+        assert_near(pose.joints(), &[0.25]);
+    }
+}
+
+#[test]
+fn nested_scenes_are_read_as_flat_files() {
+    let joints = ["jaw".to_owned()];
+    let desk = Desk::empty();
+    let pose_of_object = [0.2, 0.1, 0.05, TURNED, TURNED, 0.0, 0.0];
+    let object_pose = || Value::Array(&[7], &pose_of_object);
+    let read = |name: &str, entries: &[(&str, Value<'_>)]| {
+        let path = desk.path(name);
+        fs::write(&path, npy_of(&Value::Dictionary(entries))).unwrap();
+        read(&path, &joints, &Mapping::default())
+    };
+    let qpos = || ("grasp_qpos", Value::Array(&[1, 8], &QPOS));
+    let flat = read(
+        "flat.npy",
+        &[
+            qpos(),
+            ("obj_pose", object_pose()),
+            ("obj_scale", Value::Array(&[1], &[0.5])),
+        ],
+    )
+    .unwrap();
+    assert!((flat.grasps[0].pose[0] - QPOS[0]).abs() > 0.1);
+    let mug = [
+        ("type", Value::Text("rigid_object")),
+        ("scale", Value::Array(&[3], &[0.5, 0.5, 0.5])),
+        ("pose", object_pose()),
+    ];
+    let objects = [
+        (
+            "table",
+            Value::Dictionary(&[("type", Value::Text("plane"))]),
+        ),
+        ("mug", Value::Dictionary(&mug)),
+    ];
+    let named = [("obj_name", Value::Text("mug"))];
+    // The task names the object, the scene does, or it has only one.
+    let scenes: [&[(&str, Value<'_>)]; 3] = [
+        &[
+            ("scene", Value::Dictionary(&objects)),
+            ("task", Value::Dictionary(&named)),
+        ],
+        &[
+            ("scene", Value::Dictionary(&objects)),
+            ("interest_obj_name", Value::Text("mug")),
+        ],
+        &[("scene", Value::Dictionary(&objects))],
+    ];
+    for (place, scene) in scenes.into_iter().enumerate() {
+        let nested = [qpos(), ("scene_cfg", Value::Dictionary(scene))];
+        let nested = read("nested.npy", &nested).unwrap();
+        assert_eq!(nested.grasps[0].pose, flat.grasps[0].pose, "{place}");
+        assert_eq!(nested.grasps[0].scale, Some(0.5));
+        assert_eq!(nested.grasps[0].object.as_deref(), Some("mug"));
+        // A scene of its own, beside the grasps or above, whose objects are scaled for each grasp.
+        let file = npy_of(&Value::Dictionary(scene));
+        fs::create_dir_all(desk.path("scenes")).unwrap();
+        fs::write(desk.path("scenes/a.npy"), file).unwrap();
+        fs::create_dir_all(desk.path("grasps/mug")).unwrap();
+        let qpos = [QPOS, QPOS].concat();
+        let apart = read(
+            "grasps/mug/0.npy",
+            &[
+                ("grasp_qpos", Value::Array(&[2, 8], &qpos)),
+                ("scene_path", Value::Text("scenes/a.npy")),
+                ("scene_scale", Value::Array(&[2], &[1.0, 0.2])),
+            ],
+        )
+        .unwrap();
+        assert_eq!(apart.grasps[1].pose, flat.grasps[0].pose, "{place}");
+        assert_eq!(apart.grasps[0].scale, Some(0.5));
+        assert_eq!(apart.grasps[1].scale, Some(0.1));
+        assert!(apart.notes.iter().all(|note| !note.contains("scene")));
+    }
+    // What is missing is told.
+    let absent = [qpos(), ("scene_path", Value::Text("scenes/b.npy"))];
+    let absent = read("absent.npy", &absent).unwrap();
+    assert_says(
+        &absent.notes[0],
+        &["scenes/b.npy", "is not there", "--scale"],
+    );
+    let cup = [("obj_name", Value::Text("cup"))];
+    let wrong: &[(&str, Value<'_>)] = &[
+        ("scene", Value::Dictionary(&objects)),
+        ("task", Value::Dictionary(&cup)),
+    ];
+    let wrong = read(
+        "wrong.npy",
+        &[qpos(), ("scene_cfg", Value::Dictionary(wrong))],
+    );
+    assert_says(
+        &wrong.unwrap_err().to_string(),
+        &["wrong.npy", "`scene_cfg` has no object `cup`"],
+    );
+}
