@@ -104,7 +104,9 @@ pub fn majorise(count: usize, distances: &[f64], seed: u64) -> GraphLayout {
     let mut history = vec![stress(&points, distances)];
     for _ in 0..SWEEPS {
         for i in 0..count {
-            points[i] = best_place(i, &points, &distances[i * count..(i + 1) * count]);
+            let others = (0..count).filter(|j| *j != i);
+            let others = others.map(|j| (points[j], distances[i * count + j]));
+            points[i] = best_place(points[i], others);
         }
         let before = history[history.len() - 1];
         history.push(stress(&points, distances));
@@ -119,15 +121,15 @@ pub fn majorise(count: usize, distances: &[f64], seed: u64) -> GraphLayout {
     }
 }
 
-/// Minimum over `p_i` of the majorant. It is the weighted mean of the places at distance `D_ij` from each other point j in
-/// the present direction.
-fn best_place(i: usize, points: &[[f64; 2]], distances: &[f64]) -> [f64; 2] {
+/// Minimum over `p_i`, now at `here`, of the majorant. It is the weighted mean of the places at distance `D_ij` from each
+/// other point j (its place and this distance) in the present direction.
+fn best_place(here: [f64; 2], others: impl Iterator<Item = ([f64; 2], f64)>) -> [f64; 2] {
     let (mut sum, mut total) = ([0.0; 2], 0.0);
-    for (j, (&other, &target)) in points.iter().zip(distances).enumerate() {
-        if j == i || !(target > 0.0 && target.is_finite()) {
+    for (other, target) in others {
+        if !(target > 0.0 && target.is_finite()) {
             continue;
         }
-        let apart = [points[i][0] - other[0], points[i][1] - other[1]];
+        let apart = [here[0] - other[0], here[1] - other[1]];
         let length = libm::hypot(apart[0], apart[1]);
         let stretch = if length > 0.0 { target / length } else { 0.0 };
         let weight = target.powi(-2);
@@ -139,8 +141,31 @@ fn best_place(i: usize, points: &[[f64; 2]], distances: &[f64]) -> [f64; 2] {
     if total > 0.0 {
         sum.map(|value| value / total)
     } else {
-        points[i]
+        here
     }
+}
+
+/// The place of one more point at these `distances` from `points`, which stay where they are: the steps of [`majorise`] for
+/// this point alone, from the nearest of them.
+///
+/// # Panics
+/// If there are not as many distances as points.
+pub fn place_among(points: &[[f64; 2]], distances: &[f64]) -> [f64; 2] {
+    assert_eq!(points.len(), distances.len(), "one distance a point");
+    let others = || points.iter().copied().zip(distances.iter().copied());
+    let nearest = others().min_by(|a, b| a.1.total_cmp(&b.1));
+    let Some((mut here, distance)) = nearest else {
+        return [0.0; 2];
+    };
+    for _ in 0..SWEEPS {
+        let next = best_place(here, others());
+        let step = libm::hypot(next[0] - here[0], next[1] - here[1]);
+        here = next;
+        if step <= 1e-3 * distance {
+            break;
+        }
+    }
+    here
 }
 
 /// Classical scaling (Torgerson 1952): the two leading eigenvectors of −½ J D² J times the square roots of their
@@ -355,6 +380,18 @@ mod tests {
             "{:?}",
             layout.stress
         );
+    }
+
+    #[test]
+    fn one_more_point_finds_its_place() {
+        let points = [[0.0, 0.0], [3.0, 0.0], [3.0, 4.0], [-1.0, 2.0]];
+        for truth in [[1.0, 1.0], [2.5, 3.0], [3.0, 4.0]] {
+            let distances = points.map(|p: [f64; 2]| libm::hypot(p[0] - truth[0], p[1] - truth[1]));
+            let place = place_among(&points, &distances);
+            let gap = libm::hypot(place[0] - truth[0], place[1] - truth[1]);
+            assert!(gap < 0.02, "{truth:?}: {place:?}");
+        }
+        assert_eq!(place_among(&[], &[]), [0.0, 0.0]);
     }
 
     #[test]
