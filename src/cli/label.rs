@@ -72,7 +72,7 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
     )?;
     let inputs = common.provenance.sources()?;
     // Labelling needs no energy.
-    warnings.retain(|warning| !warning.contains("energy"));
+    warnings.retain(|warning| !warning.starts_with("the file does not tell the energy"));
     if !common.quiet {
         input::warn(&warnings);
     }
