@@ -138,7 +138,7 @@ mod tests {
     fn json_keeps_its_meaning() {
         let value = serde_json::json!({ "a\u{9b}": ["\u{7f}\u{202e}\u{1b}\n", "👩🏽‍🚀"] });
         let shown = printable_json(&format!("{value:#}"));
-        assert!(!shown.contains(|c: char| commands(c) && c != '\n'));
+        assert!(!shown.contains(|c: char| is_command(c) && c != '\n'));
         assert_eq!(
             serde_json::from_str::<serde_json::Value>(&shown).unwrap(),
             value

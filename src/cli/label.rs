@@ -55,8 +55,9 @@ table of the taxonomy (category/opposition/virtual finger 2/thumb); if cells are
 contradicts every type, it is `unlisted`. If the hand does not have the thumb and the fingers of a human hand, it is
 `not_applicable`.
 
-Adds the columns label (yours), label_auto, label_score, label_best, label_category and label_source. labels.csv has the
-columns id and label: a name or number of a type, or `unlisted`.";
+Adds the columns label (yours), label_auto, label_score, label_best, label_category and label_source. The rule chooses the
+category first: label_best holds types of this category only, and label_category is there for unlisted grasps, too. labels.csv
+has the columns id and label: a name or number of a type, or `unlisted`.";
 
 pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()> {
     let output = command
@@ -71,7 +72,7 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
     )?;
     let inputs = common.provenance.sources()?;
     // Labelling needs no energy.
-    warnings.retain(|warning| !warning.contains("energy"));
+    warnings.retain(|warning| !warning.starts_with("the file does not tell the energy"));
     if !common.quiet {
         input::warn(&warnings);
     }

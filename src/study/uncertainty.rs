@@ -210,7 +210,9 @@ impl Unseen {
             );
         };
         let [low, high] = seen.unseen_interval;
-        let unseen = if seen.unseen < 0.5 {
+        let unseen = if high < 0.5 {
+            "probably none".to_owned()
+        } else if seen.unseen < 0.5 {
             format!("probably none (at most {high:.0}, with 95 % confidence)")
         } else {
             format!(
@@ -261,9 +263,7 @@ mod tests {
         assert_eq!(few.coverage(), None);
         let line = none.line();
         assert!(
-            line.starts_with(
-                "- families still unseen: probably none (at most 0, with 95 % confidence)"
-            ),
+            line.starts_with("- families still unseen: probably none;"),
             "{line}"
         );
         let line = some.line();

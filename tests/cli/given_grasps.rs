@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::desk::{Desk, assert_says};
 use crate::parts::Parts;
-use arrow_array::{Float64Array, StringArray};
+use arrow_array::StringArray;
 use landscape::grasp::{EnergySettings, GraspEnergy, judge};
 use landscape::hand::Hand;
 use landscape::object::Object;
@@ -157,11 +157,9 @@ fn given_grasps_bring_their_hand_and_object() {
 #[test]
 fn mistakes_with_given_grasps() {
     let desk = Desk::with_grasps();
-    let parts = Parts::of(&desk.path("g.parquet"));
-    let mut scales = parts.floats("scale");
-    scales[0] = 1.5;
-    let mixed = parts.set("scale", Float64Array::from(scales));
-    mixed.write(&desk.path("mixed.parquet"));
+    let (mut mixed, _) = GraspFile::read(&desk.path("g.parquet"), Overrides::default()).unwrap();
+    mixed.grasps[0].scale = 1.5;
+    mixed.write(&desk.path("mixed.parquet")).unwrap();
     fs::write(desk.path("text.parquet"), "no table").unwrap();
     let cases: [(&str, &[&str]); 8] = [
         ("synth --from absent.parquet", &["absent.parquet"]),

@@ -88,7 +88,7 @@ class Tree:
         return Table(self._native.nodes())
 
     def merge_height(self, a: int, b: int) -> float:
-        """The lowest height at which two minima are connected: the energy of the lowest pass between them; +inf if they are
+        """The lowest height at which two minima are connected: the energy of the lowest pass found; +inf if they are
         not.
 
         Parameters

@@ -24,7 +24,7 @@ pub(super) struct Inspect {
     /// One line for each grasp, instead of the summary.
     #[arg(long, conflicts_with = "grasp")]
     each: bool,
-    /// For a landscape: the lowest path between two minima (m3, m17) or groups (g0, g4: their lowest minima), as pictures
+    /// For a landscape: the lowest path found between two minima (m3, m17) or groups (g0, g4: their lowest minima), as pictures
     /// with the energy by term along it (PNG, SVG) and as an animation (glTF).
     #[arg(long, num_args = 2, value_names = ["FROM", "TO"], conflicts_with_all = ["grasp", "each", "hand", "object"])]
     path: Option<Vec<String>>,
@@ -45,7 +45,7 @@ Examples:
   landscape inspect grasps.parquet --each                  one line for each grasp
   landscape inspect grasps.parquet --grasp 17 --grasp 40   all measures of two of them
   landscape inspect contacts.json                          bare contacts: balance, forces, ε
-  landscape inspect grasps.landscape --path m3 m17         the lowest path between two minima
+  landscape inspect grasps.landscape --path m3 m17         the lowest path found between two minima
   landscape inspect grasps.parquet --json | jq '.grasps[] | select(.epsilon < 0.05) | .id'
 
 What is measured:

@@ -145,7 +145,7 @@ fn text(files: &LandscapeFiles, energy: &GraspEnergy, path: &MinimaxPath) -> Str
         row(&format!("  {name}"), &|step| step.terms()[term]);
     }
     format!(
-        "way {} (groups {})\n{ways}{} points, {:.1} mm; the top is after {:.1} mm\n\n{}",
+        "lowest way found: {} (groups {})\n{ways}{} points, {:.1} mm; the top is after {:.1} mm\n\n{}",
         minima.join(" → "),
         groups.join(" → "),
         steps.len(),
