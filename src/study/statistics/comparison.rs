@@ -151,7 +151,7 @@ impl TaxonomyComparison<'_> {
             let gap = if text.is_empty() { "" } else { "\n" };
             let _ = writeln!(
                 text,
-                "{gap}Not measured, because {why}: {}.",
+                "{gap}Not measured: {why}. This concerns {}.",
                 names.join(", ")
             );
         }

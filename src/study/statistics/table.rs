@@ -82,11 +82,8 @@ impl Asked<'_> {
         statistic: impl Fn(&[usize]) -> f64 + Sync,
     ) -> Row {
         let Part { labels, blocks, .. } = &self.part;
-        Row::of(
-            name,
-            about,
-            test_labels(labels, blocks, &self.permutations, statistic),
-        )
+        let tested = test_labels(labels, blocks, &self.permutations, statistic);
+        Row::of_categories(name, about, labels, tested)
     }
 
     /// Like [`Asked::row`], with the 95 % interval over resampled minima.
@@ -230,14 +227,20 @@ fn of_types(basins: &Basins, settings: &StatisticsSettings, seed: u64) -> Row {
         .labels
         .iter()
         .collect::<std::collections::BTreeSet<_>>();
-    if kinds.len() < 2 || part.cases.len() < settings.least_per_class {
+    let (cases, needed) = (part.cases.len(), settings.least_per_class);
+    let lacking = if cases < needed {
+        let there = if cases == 1 { "is" } else { "are" };
+        Some(format!(
+            "{needed} minima with types are needed, there {there} {cases}"
+        ))
+    } else {
+        (kinds.len() < 2).then(|| {
+            format!("two types are needed, but all {cases} minima with a type have the same one")
+        })
+    };
+    if lacking.is_some() {
         return Row {
-            missing: Some(format!(
-                "there are {} minima of {} types, but {} of 2 are needed",
-                part.cases.len(),
-                kinds.len(),
-                settings.least_per_class
-            )),
+            missing: lacking,
             ..row
         };
     }
@@ -255,7 +258,7 @@ fn of_types(basins: &Basins, settings: &StatisticsSettings, seed: u64) -> Row {
         &part.blocks,
         &permutations,
     );
-    Row::of(&row.name, about, Outcome::Known(tested))
+    Row::known(&row.name, about, tested)
 }
 
 /// The main statistic without unconnected pairs, if there are any.
@@ -270,7 +273,13 @@ fn censored(basins: &Basins, settings: &StatisticsSettings, seed: u64) -> Option
         anosim_of_ranks(&ranks, labels)
     });
     let about = "saddle heights by category, pairs without a path left out";
-    Some(Row::of("ANOSIM R, known pairs", about, tested))
+    let labels = &part.labels;
+    Some(Row::of_categories(
+        "ANOSIM R, known pairs",
+        about,
+        labels,
+        tested,
+    ))
 }
 
 impl Row {
@@ -286,21 +295,102 @@ impl Row {
         }
     }
 
-    fn of(name: &str, about: &'static str, outcome: Outcome<Tested>) -> Self {
-        let row = Self::named(name, about);
+    fn known(name: &str, about: &'static str, tested: Tested) -> Self {
+        Self {
+            statistic: Some(tested.statistic),
+            chance: Some(tested.chance),
+            p: Some(tested.p),
+            ..Self::named(name, about)
+        }
+    }
+
+    /// A test of the categories `labels`.
+    fn of_categories(
+        name: &str,
+        about: &'static str,
+        labels: &[usize],
+        outcome: Outcome<Tested>,
+    ) -> Self {
         match outcome {
-            Outcome::Known(tested) => Self {
-                statistic: Some(tested.statistic),
-                chance: Some(tested.chance),
-                p: Some(tested.p),
-                ..row
+            Outcome::Known(tested) => Self::known(name, about, tested),
+            Outcome::Insufficient { needed, .. } => Self {
+                missing: Some(lacking_categories(labels, needed)),
+                ..Self::named(name, about)
             },
-            Outcome::Insufficient { cases, needed, .. } => Self {
-                missing: Some(format!(
-                    "a category has {cases} of the {needed} minima that are needed"
-                )),
-                ..row
-            },
+        }
+    }
+}
+
+/// Why the categories cannot be tested: which of them have `needed` minima, and which do not.
+fn lacking_categories(labels: &[usize], needed: usize) -> String {
+    let sizes: Vec<(&str, usize)> = (CATEGORIES.iter().enumerate())
+        .map(|(class, category)| {
+            let own = labels.iter().filter(|label| **label == class);
+            (category.name(), own.count())
+        })
+        .filter(|(_, minima)| *minima > 0)
+        .collect();
+    let told = |large: bool| -> Vec<String> {
+        let those = sizes
+            .iter()
+            .filter(|(_, minima)| (*minima >= needed) == large);
+        those
+            .map(|(category, minima)| format!("{category} ({minima})"))
+            .collect()
+    };
+    let (large, small) = (told(true), told(false));
+    let two = format!("two categories with at least {needed} minima each are needed");
+    match (large.as_slice(), small.as_slice()) {
+        ([], []) => format!("{two}; here no minimum has a category"),
+        ([], small) => format!(
+            "{two}; here no category has that many: {}",
+            small.join(", ")
+        ),
+        ([only], []) => format!("{two}; here {only} is the only one"),
+        ([only], small) => format!(
+            "{two}; here only {only} has that many, not {}",
+            small.join(", ")
+        ),
+        (_, small) => format!(
+            "each category that occurs needs at least {needed} minima, and {} has fewer",
+            small.join(", ")
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::lacking_categories;
+
+    #[test]
+    fn the_lack_of_minima_is_told_by_category() {
+        let labels = |counts: [usize; 3]| -> Vec<usize> {
+            let classes = counts.iter().enumerate();
+            classes
+                .flat_map(|(class, count)| vec![class; *count])
+                .collect()
+        };
+        for (counts, expected) in [
+            (
+                [12, 0, 0],
+                "two categories with at least 5 minima each are needed; here power (12) is the only one",
+            ),
+            (
+                [12, 1, 3],
+                "needed; here only power (12) has that many, not intermediate (1), precision (3)",
+            ),
+            (
+                [4, 0, 2],
+                "needed; here no category has that many: power (4), precision (2)",
+            ),
+            ([0, 0, 0], "needed; here no minimum has a category"),
+            (
+                [9, 3, 7],
+                "each category that occurs needs at least 5 minima, and intermediate (3) has fewer",
+            ),
+        ] {
+            let told = lacking_categories(&labels(counts), 5);
+            assert!(told.ends_with(expected), "{told}");
         }
     }
 }
