@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::{Command, Output};
 
 use crate::folder::names;
-use landscape::store::{LandscapeFiles, StationaryRow};
+use landscape::store::{AtomicFolder, LandscapeFiles, StationaryRow};
 use landscape::topography::exchange::{Database, Layout};
 use landscape::topography::{Evidence, MinimumId, Tree};
 use serde_json::Value;
@@ -370,7 +370,8 @@ fn differences_are_told() {
     desk.succeed("surface double-well 2 0.3 -q -o tilted.landscape");
     let text = desk.succeed("diff even.landscape even.landscape");
     assert!(
-        text.contains("4 of 4 and 4 minima correspond") && text.contains("correlation: 1.0000"),
+        text.contains("4 minima are in both (of 4 and of 4; at most")
+            && text.contains("correlation: 1.0000"),
         "{text}"
     );
     assert!(!text.contains("moved most"), "{text}");
@@ -401,6 +402,39 @@ fn differences_are_told() {
     assert_eq!(
         merge["after"].as_f64(),
         tree.minimax(partner(ends[0]), partner(ends[1]))
+    );
+
+    // m1 at the other end of a flat valley, farther off than two minima that are one.
+    let mut valley = LandscapeFiles::read(&desk.path("even.landscape")).unwrap();
+    let distance = valley.manifest.settings["sameness"]["distance"]
+        .as_f64()
+        .unwrap();
+    valley.minima[1].coordinates[0] += 3.0 * distance;
+    let folder = AtomicFolder::open(&desk.path("valley.landscape"), true).unwrap();
+    valley.write(&folder).unwrap();
+    folder.finish().unwrap();
+    let text = desk.succeed("diff even.landscape valley.landscape");
+    for words in [
+        "- 3 minima are in both (of 4 and of 4",
+        "- 1 of even.landscape and 1 of valley.landscape may be in both",
+        "- 0 minima are only in even.landscape, 0 only in valley.landscape",
+        "| m1 may be m1′ | 0 | ",
+        "The rule: no match within",
+    ] {
+        assert!(text.contains(words), "{words} is missing in {text}");
+    }
+    let json = desk.succeed("diff even.landscape valley.landscape --json");
+    let value: Value = serde_json::from_str(&json).unwrap();
+    let [pair] = &value["possible"].as_array().unwrap()[..] else {
+        panic!("{json}");
+    };
+    assert_eq!((&pair["before"], &pair["after"]), (&1.into(), &1.into()));
+    assert!((pair["distance"].as_f64().unwrap() - 3.0 * distance).abs() < 1e-9);
+    assert_eq!(value["only_before"].as_array().unwrap().len(), 0);
+    let text = desk.succeed("diff even.landscape valley.landscape --within 0");
+    assert!(
+        text.contains("## Only in even.landscape") && text.contains("## Only in valley.landscape"),
+        "{text}"
     );
 
     // What is not known is not told as 0.

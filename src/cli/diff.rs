@@ -1,5 +1,6 @@
 //! `landscape diff`: differences between two landscapes of one space.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail, ensure};
@@ -15,7 +16,8 @@ use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::{LandscapeFiles, Manifest};
 use crate::study::{self, Digits, GroupLevel, median};
 use crate::topography::{
-    Evidence, Match, MergeChange, Minimum, MinimumId, Tree, TreeDifference, TreeSimilarity,
+    Evidence, Match, MatchTolerance, MergeChange, Minimum, MinimumId, NEIGHBOUR_REACH, Tree,
+    TreeDifference, TreeSimilarity,
 };
 
 /// Compare two landscapes.
@@ -41,7 +43,9 @@ Examples:
 Compares landscapes of one hand, or of one surface, made at different temperatures, with different weights or on
 different objects. The tables show which minima correspond (the nearest ones within the distance at which two minima are
 merged, or within --within), whose energies changed, which merges of the first landscape moved and by how much, and
-which minima vanished or appeared. The cophenetic distance and correlation of the two trees compare the heights between
+which minima only one of the two has. A minimum without a match that has a neighbour of equal energy in the other
+landscape, within five times that distance, is listed beside it: both may be ends of one flat valley, which descents from
+other grasps meet at other points. The cophenetic distance and correlation of the two trees compare the heights between
 all pairs. A note warns if the groups of the two landscapes were made at different levels.";
 
 /// Greatest number of rows of a table in the text.
@@ -66,6 +70,7 @@ pub(super) fn run(command: &Diff, common: &Common) -> anyhow::Result<()> {
         value["before"] = json!(before.name);
         value["after"] = json!(after.name);
         value["within"] = json!(reach);
+        value["equal_energy"] = json!(equal_energy(&before).max(equal_energy(&after)));
         value["group_note"] = json!(levels(&before, &after));
         print_json(&value)?;
     } else if !common.quiet {
@@ -111,7 +116,10 @@ pub(super) fn between(
         &*space,
         (&before.minima, &before.tree),
         (&after.minima, &after.tree),
-        reach,
+        &MatchTolerance {
+            distance: reach,
+            energy: equal_energy(before).max(equal_energy(after)),
+        },
     );
     let found = found.map_err(|refused| anyhow!("{refused} (--within)"))?;
     Ok((reach, found))
@@ -143,6 +151,12 @@ fn sameness(side: &Side) -> anyhow::Result<f64> {
             side.name
         )
     })
+}
+
+/// The energy tolerance for minima with which the landscape was made; zero if it records none.
+fn equal_energy(side: &Side) -> f64 {
+    let energy = side.manifest.settings["sameness"]["energy"].as_f64();
+    energy.filter(|energy| *energy >= 0.0).unwrap_or(0.0)
 }
 
 /// The common space. If two objects have different symmetries, the space has none.
@@ -216,10 +230,12 @@ fn surface_space(manifest: &Manifest) -> anyhow::Result<(Box<dyn Space + Send>, 
 fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> String {
     let minima = before.minima.iter().chain(&after.minima);
     let digits = Digits::of(minima.map(|minimum| minimum.energy));
-    let reach = if before.manifest.hand.is_some() {
-        format!("{} mm", number(1e3 * reach))
-    } else {
-        Digits::of([reach]).show(reach)
+    let length = |length: f64| {
+        if before.manifest.hand.is_some() {
+            format!("{} mm", number(1e3 * length))
+        } else {
+            Digits::of([length]).show(length)
+        }
     };
     let moved: Vec<f64> = (found.matches.iter())
         .map(|matched| (matched.energies[1] - matched.energies[0]).abs())
@@ -227,15 +243,14 @@ fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> Stri
     let mut lines = vec![
         format!("# {} → {}\n", before.name, after.name),
         format!(
-            "- {} of {} and {} minima correspond (within {}); {} vanished, {} appeared",
-            found.matches.len(),
+            "- {} in both (of {} and of {}; at most {} apart)",
+            are(found.matches.len()),
             before.minima.len(),
             after.minima.len(),
-            reach,
-            found.vanished.len(),
-            found.appeared.len()
+            length(reach)
         ),
     ];
+    lines.extend(unmatched(before, after, found));
     if let (Some(usual), Some(most)) = (
         median(moved.clone()),
         moved.iter().copied().reduce(f64::max),
@@ -250,18 +265,102 @@ fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> Stri
     lines.extend(levels(before, after).map(|note| format!("- note: {note}")));
     if found.matches.is_empty() {
         lines.push(
-            "- there is nothing to compare: no two minima correspond (--within LENGTH says how near they must be)\n"
+            "- there is nothing to compare: no two minima correspond (--within LENGTH says how near they must be)"
                 .to_owned(),
         );
+        lines.extend(possible(found, (reach, &length)));
+        lines.push(String::new());
         return lines.join("\n");
     }
     lines.extend(heights(&found.likeness, digits));
     lines.extend(energies(found, digits));
     lines.extend(merges(found, digits));
-    lines.extend(alone("Vanished", &before.minima, &found.vanished, digits));
-    lines.extend(alone("Appeared", &after.minima, &found.appeared, digits));
+    lines.extend(possible(found, (reach, &length)));
+    let only = |side: &Side| format!("Only in {}", side.name);
+    lines.extend(alone(
+        &only(before),
+        &before.minima,
+        &found.only_before,
+        digits,
+    ));
+    lines.extend(alone(
+        &only(after),
+        &after.minima,
+        &found.only_after,
+        digits,
+    ));
     lines.push(String::new());
     lines.join("\n")
+}
+
+/// `6 minima are`.
+fn are(minima: usize) -> String {
+    match minima {
+        1 => "1 minimum is".to_owned(),
+        several => format!("{several} minima are"),
+    }
+}
+
+/// How many minima only one of the two has, and how many may be those of the other.
+fn unmatched(before: &Side, after: &Side, found: &TreeDifference) -> Vec<String> {
+    let mut lines = Vec::new();
+    let matched = |of: fn(&Match) -> MinimumId| -> BTreeSet<MinimumId> {
+        found.matches.iter().map(of).collect()
+    };
+    let unmatched = |of: fn(&Match) -> MinimumId| -> BTreeSet<MinimumId> {
+        let matched = matched(of);
+        let possible = found.possible.iter().map(of);
+        possible.filter(|id| !matched.contains(id)).collect()
+    };
+    let [one, other] = [unmatched(|pair| pair.before), unmatched(|pair| pair.after)];
+    if !found.possible.is_empty() {
+        lines.push(format!(
+            "- {} of {} and {} of {} may be in both: they have a neighbour of equal energy there",
+            one.len(),
+            before.name,
+            other.len(),
+            after.name
+        ));
+    }
+    lines.push(format!(
+        "- {} only in {}, {} only in {}",
+        are(found.only_before.len()),
+        before.name,
+        found.only_after.len(),
+        after.name
+    ));
+    lines
+}
+
+/// Minima that may be those of the other landscape.
+fn possible(found: &TreeDifference, (reach, length): (f64, &dyn Fn(f64) -> String)) -> Vec<String> {
+    // A small difference of two energies that are equal within the tolerance needs its own digits.
+    let apart = |pair: &Match| (pair.energies[1] - pair.energies[0]).abs();
+    let rows = found.possible.iter().map(|pair| {
+        format!(
+            "| m{} may be m{}′ | {} | {} |",
+            pair.before.0,
+            pair.after.0,
+            number(apart(pair)),
+            length(pair.distance)
+        )
+    });
+    let rows: Vec<String> = rows.collect();
+    if rows.is_empty() {
+        return rows;
+    }
+    let mut lines = table(
+        "May be the same (′: after)",
+        "| minimum | apart in energy | in place |\n|---|---|---|",
+        rows,
+    );
+    lines.push(format!(
+        "\nThe rule: no match within {}, but the nearest minimum of the other landscape with the same energy (within the tolerance \
+         of the maps) lies within {}. Ends of one flat valley look like this.",
+        length(reach),
+        length(NEIGHBOUR_REACH * reach)
+    ));
+    lines
 }
 
 /// The changes of the heights at which pairs of minima merge.

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::minima::MatchTolerance;
 use super::network::{Minimum, MinimumId};
 use super::places::Places;
 use super::similarity::TreeSimilarity;
@@ -47,6 +48,9 @@ pub struct TooNear {
     pub reach: f64,
 }
 
+/// How far from an unmatched minimum the one may lie that it may be, in units of the reach.
+pub const NEIGHBOUR_REACH: f64 = 5.0;
+
 /// Greatest number of pairs within reach that are kept at a time (some gigabytes).
 const MOST_PAIRS: usize = 50_000_000;
 
@@ -55,10 +59,14 @@ const MOST_PAIRS: usize = 50_000_000;
 pub struct TreeDifference {
     /// Minima found in both, ordered by their number in the first.
     pub matches: Vec<Match>,
-    /// Minima of the first that the second does not have.
-    pub vanished: Vec<MinimumId>,
-    /// Minima of the second that the first does not have.
-    pub appeared: Vec<MinimumId>,
+    /// Unmatched minima beside the one that each may be: the nearest of the other landscape within [`NEIGHBOUR_REACH`] times the reach
+    /// whose energy is equal within the tolerance. Ordered by the numbers. A minimum may be in several pairs, and one of the
+    /// two may be matched to another minimum.
+    pub possible: Vec<Match>,
+    /// Minima of the first without a match and without a possible one.
+    pub only_before: Vec<MinimumId>,
+    /// Minima of the second without a match and without a possible one.
+    pub only_after: Vec<MinimumId>,
     /// The merges of the matched minima, ordered by their height in the first.
     pub merges: Vec<MergeChange>,
     /// Similarity of the two trees over all pairs of matched minima.
@@ -68,7 +76,7 @@ pub struct TreeDifference {
 impl TreeDifference {
     /// Compares the merge trees of two lists of minima of one space, each with its tree.
     ///
-    /// Two minima correspond if they are within `reach` of each other, modulo the symmetry of the space. The nearest pair
+    /// Two minima correspond if they are within `reach.distance` of each other, modulo the symmetry of the space. The nearest pair
     /// is matched first, and each minimum is matched once (at equal distances the lower numbers first). The merges are
     /// those of the first tree restricted to the matched minima. Unmatched minima still join the others ([`View`]).
     ///
@@ -76,7 +84,9 @@ impl TreeDifference {
     /// Taxon 11, 33 (1962) (correlation); G. Cardona et al., BMC Bioinformatics 14, 3 (2013) (distances). With the energies
     /// of the leaves on the diagonal, the ℓ^∞ distance is an interleaving distance: E. Munch and A. Stefanou, 2019.
     ///
-    /// Distances are computed only for pairs whose [`Space::landmarks`] are near. Everything else is O(n log² n).
+    /// In a flat valley two searches may end at points farther apart than the reach. An unmatched minimum is therefore told
+    /// beside the nearest one, matched or not, whose energy is equal within `reach.energy` and that is within [`NEIGHBOUR_REACH`] times
+    /// `reach.distance`.
     ///
     /// Distances are measured of those pairs only whose [`Space::landmarks`] are near; everything else is O(n log² n).
     ///
@@ -89,19 +99,28 @@ impl TreeDifference {
         space: &dyn Space,
         (minima_before, before): (&[Minimum], &Tree),
         (minima_after, after): (&[Minimum], &Tree),
-        reach: f64,
+        reach: &MatchTolerance,
     ) -> Result<Self, TooNear> {
-        let matches = partners(space, minima_before, minima_after, reach)?;
+        let matches = partners(space, minima_before, minima_after, reach.distance)?;
         let mut partner = vec![None; minima_before.len()];
         let mut met = vec![false; minima_after.len()];
         for matched in &matches {
             partner[matched.before.0] = Some(matched.after);
             met[matched.after.0] = true;
         }
-        let alone = |met: &mut dyn Iterator<Item = bool>| {
+        let alone = |met: &mut dyn Iterator<Item = bool>| -> Vec<MinimumId> {
             let numbered = met.enumerate().filter(|(_, met)| !met);
             numbered.map(|(number, _)| MinimumId(number)).collect()
         };
+        let mut only_before = alone(&mut partner.iter().map(Option::is_some));
+        let mut only_after = alone(&mut met.iter().copied());
+        let mut possible = neighbours(space, (minima_before, &only_before), minima_after, reach);
+        let turned = neighbours(space, (minima_after, &only_after), minima_before, reach);
+        only_before.retain(|id| possible.iter().all(|pair| pair.before != *id));
+        only_after.retain(|id| turned.iter().all(|pair| pair.before != *id));
+        possible.extend(turned.into_iter().map(Match::turned));
+        possible.sort_by_key(|pair| (pair.before, pair.after));
+        possible.dedup_by_key(|pair| (pair.before, pair.after));
         // The trees are restricted to the matched minima; the others still join them.
         let one = View::whole(before).keep(|_, minimum| partner[minimum.0].is_some());
         let other = View::whole(after).keep(|_, minimum| met[minimum.0]);
@@ -114,13 +133,54 @@ impl TreeDifference {
             .map(|matched| place[matched.after.0])
             .collect();
         Ok(Self {
-            vanished: alone(&mut partner.iter().map(Option::is_some)),
-            appeared: alone(&mut met.iter().copied()),
+            possible,
+            only_before,
+            only_after,
             merges: merges(&one, after, &partner),
             likeness: TreeSimilarity::of(&one.tree, &other.tree, &same),
             matches,
         })
     }
+}
+
+impl Match {
+    /// The same with the landscapes exchanged.
+    fn turned(self) -> Self {
+        let [one, other] = self.energies;
+        Self {
+            before: self.after,
+            after: self.before,
+            energies: [other, one],
+            ..self
+        }
+    }
+}
+
+/// The nearest minimum of `others` to each of these, within [`NEIGHBOUR_REACH`] times the reach and with an equal energy.
+fn neighbours(
+    space: &dyn Space,
+    (minima, ids): (&[Minimum], &[MinimumId]),
+    others: &[Minimum],
+    reach: &MatchTolerance,
+) -> Vec<Match> {
+    let landmarks = |minimum: &Minimum| space.landmarks(&minimum.coordinates);
+    let places = Places::new(others.par_iter().map(landmarks).collect());
+    let far = NEIGHBOUR_REACH * reach.distance;
+    let nearest = |id: &MinimumId| {
+        let one = &minima[id.0];
+        let candidates = places.within(far, &landmarks(one)).into_iter();
+        let equal = candidates.filter(|k| (others[*k].energy - one.energy).abs() <= reach.energy);
+        let measured = equal.map(|k| Match {
+            before: *id,
+            after: MinimumId(k),
+            distance: space.distance(&one.coordinates, &others[k].coordinates),
+            energies: [one.energy, others[k].energy],
+        });
+        // At equal distances the lower number, because it comes first.
+        let near = measured.filter(|pair| pair.distance <= far);
+        near.min_by(|a, b| a.distance.total_cmp(&b.distance))
+    };
+    ids.par_iter().filter_map(nearest).collect()
 }
 
 /// Matches pairs within `reach`, nearest first, each minimum once; sorted by the number in the first landscape.
@@ -233,7 +293,10 @@ mod tests {
             &Euclidean::new(1),
             (&one.0, &one.1),
             (&other.0, &other.1),
-            reach,
+            &MatchTolerance {
+                energy: 1e-3,
+                distance: reach,
+            },
         )
         .unwrap()
     }
@@ -244,7 +307,8 @@ mod tests {
         let same = network(&[0.0, 1.0, 2.0], &[(0, 1, 3.0, Saddle), (1, 2, 5.0, Path)]);
         let found = compare(&same, &same, 0.1);
         assert_eq!(found.matches.len(), 3);
-        assert!(found.vanished.is_empty() && found.appeared.is_empty());
+        assert!(found.only_before.is_empty() && found.only_after.is_empty());
+        assert!(found.possible.is_empty());
         assert!(
             found
                 .merges
@@ -275,8 +339,9 @@ mod tests {
             .map(|m| (m.before.0, m.after.0))
             .collect();
         assert_eq!(pairs, [(0, 0), (1, 1), (2, 2)]);
-        assert_eq!(found.vanished, [MinimumId(3)]);
-        assert_eq!(found.appeared, [MinimumId(3)]);
+        assert_eq!(found.only_before, [MinimumId(3)]);
+        assert_eq!(found.only_after, [MinimumId(3)]);
+        assert!(found.possible.is_empty(), "3 and 7 are far apart");
         let merges: Vec<_> = found
             .merges
             .iter()
@@ -377,6 +442,39 @@ mod tests {
         let found = compare(&before, &after, 0.25);
         assert_eq!(found.matches.len(), 1);
         assert_eq!(found.matches[0].before, MinimumId(1));
-        assert_eq!(found.vanished, [MinimumId(0)]);
+        assert_eq!(found.only_before, [MinimumId(0)], "another energy");
+        assert!(found.possible.is_empty());
+    }
+
+    /// Ends of a flat valley: equally high, and farther apart than two minima that count as one.
+    #[test]
+    fn ends_of_a_valley_may_be_one_minimum() {
+        let placed = |places: &[(f64, f64)]| -> Network {
+            let mut network = network(&vec![0.0; places.len()], &[]);
+            for (minimum, (place, energy)) in network.node_weights_mut().zip(places) {
+                minimum.coordinates = vec![*place];
+                minimum.energy = *energy;
+            }
+            network
+        };
+        let before = placed(&[(0.0, 0.0), (1.0, 0.5), (1.25, 0.5), (5.0, 0.7), (9.0, 0.9)]);
+        let after = placed(&[(0.0, 0.0), (1.05, 0.5002), (5.3, 0.72), (9.6, 0.9)]);
+        let found = compare(&before, &after, 0.1);
+        let pairs = |pairs: &[Match]| -> Vec<(usize, usize)> {
+            pairs
+                .iter()
+                .map(|pair| (pair.before.0, pair.after.0))
+                .collect()
+        };
+        assert_eq!(pairs(&found.matches), [(0, 0), (1, 1)]);
+        // m2 lies 0.2 from the partner of m1; m3 has a neighbour of another energy, m4 one that is too far.
+        assert_eq!(pairs(&found.possible), [(2, 1)]);
+        approx::assert_abs_diff_eq!(found.possible[0].distance, 0.2, epsilon = 1e-12);
+        assert_eq!(found.only_before, [MinimumId(3), MinimumId(4)]);
+        assert_eq!(found.only_after, [MinimumId(2), MinimumId(3)]);
+        // The same with the landscapes exchanged.
+        let turned = compare(&after, &before, 0.1);
+        assert_eq!(pairs(&turned.possible), [(1, 2)]);
+        assert_eq!(turned.only_before, found.only_after);
     }
 }

@@ -40,7 +40,7 @@ pub use build::{MapSettings, build_landscape, grow_landscape};
 pub use diagram::{
     Diagram, DiagramSettings, ForceLevel, Isotherm, Recommendation, Threshold, diagram, log_grid,
 };
-pub use difference::{Match, MergeChange, TooNear, TreeDifference};
+pub use difference::{Match, MergeChange, NEIGHBOUR_REACH, TooNear, TreeDifference};
 pub use groups::{GroupSettings, Groups, Level};
 pub use journal::{GuardedJournal, Journal, JournalError, MemoryJournal, Round, Run, Workers};
 pub use landscape::{Landscape, NoMinimum};

@@ -6,8 +6,8 @@ use landscape::figure::layout::{collapse, place};
 use landscape::space::Euclidean;
 use landscape::topography::view::{Levels, View, bottoms, grouped, restricted};
 use landscape::topography::{
-    Ancestors, Edge, Evidence, Minimum, MinimumId, Network, Tree, TreeDifference, dot, graphml,
-    newick, spanning_forest, support, tree_json,
+    Ancestors, Edge, Evidence, MatchTolerance, Minimum, MinimumId, Network, Tree, TreeDifference,
+    dot, graphml, newick, spanning_forest, support, tree_json,
 };
 use rand::RngExt;
 
@@ -109,7 +109,11 @@ fn exercise(network: &Network) {
     let minima: Vec<Minimum> = network.node_weights().cloned().collect();
     let compare = |other: &Tree| {
         let sides = [(&minima[..], &tree), (&minima[..], other)];
-        TreeDifference::between(&Euclidean::new(1), sides[0], sides[1], 0.4).unwrap()
+        let reach = MatchTolerance {
+            energy: 0.0,
+            distance: 0.4,
+        };
+        TreeDifference::between(&Euclidean::new(1), sides[0], sides[1], &reach).unwrap()
     };
     let same = compare(&tree);
     assert_eq!((same.matches.len(), same.merges.len()), (count, count - 1));

@@ -105,8 +105,9 @@ pub fn landscape_page(
         difference = json!({
             "within": within,
             "matches": found.matches,
-            "vanished": found.vanished,
-            "appeared": found.appeared,
+            "possible": found.possible,
+            "vanished": found.only_before,
+            "appeared": found.only_after,
             "merges": found.merges,
         });
     }

@@ -133,7 +133,7 @@ function familyStroke(children, node, side, offset) {
 
 // What moved, vanished and appeared, the largest changes first.
 function showMoved(section) {
-  const { matches, vanished, appeared, merges, within } = model.header.difference;
+  const { matches, possible, vanished, appeared, merges, within } = model.header.difference;
   const [, offset] = model.offsets;
   const link = item =>
     button(model.name(item), () => select(item), { class: "link", onpointerenter: () => change({ hover: item }) });
@@ -177,6 +177,16 @@ function showMoved(section) {
         shown(before),
         after === null ? "apart" : shown(after),
         after === null ? "" : signed(by),
+      ]),
+    ),
+    ...list(
+      "May be the same, at equal energy",
+      ["before", "after", "energy", "distance"],
+      possible.map(({ before, after, energies, distance }) => [
+        link(before),
+        link(offset + after),
+        shown(energies[0]),
+        shown(distance),
       ]),
     ),
     ...list("Vanished", ["minimum", "energy"], energies(vanished)),
