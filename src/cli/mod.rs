@@ -25,6 +25,7 @@ mod import;
 mod input;
 mod inspect;
 mod interruption;
+mod join;
 mod label;
 mod manuals;
 mod object_inspect;
@@ -79,6 +80,9 @@ enum Command {
     /// Label the grasps of a file with types of the GRASP taxonomy, by a rule or by hand
     #[command(after_help = label::EXAMPLES)]
     Label(label::LabelCommand),
+    /// Put several files of grasps together, with their hands, objects and provenance
+    #[command(after_help = join::EXAMPLES)]
+    Join(join::Join),
     /// List the built-in objects, show the derived properties of your own object, or make an object from a neural network
     Objects(objects::Objects),
     /// Find all minima and saddles of a model surface, or of your own energy
@@ -316,6 +320,7 @@ fn dispatch(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Hands(command) => hands::run(&command.command, common),
         Command::Stability(command) => stability::run(command, common),
         Command::Label(command) => label::run(command, common),
+        Command::Join(command) => join::run(command, common),
         Command::Objects(command) => objects::run(&command.command, common),
         Command::Surface(command) => surface::run(command, common),
         Command::Report(command) => report::run(command, common),

@@ -3,6 +3,7 @@
 //! * [`GraspFile`]: `grasps.parquet`, one row per grasp. Its columns are listed in [`grasps`].
 //! * [`Overrides`]: hand and object that replace those of such a file.
 //! * [`LandscapeFiles`]: the tables and the manifest of an `X.landscape/` folder.
+//! * [`GraspFile::join`]: several such files as one.
 //! * [`exchange`]: reading and writing of grasps in the formats of other programs.
 //! * [`AtomicFolder`], [`write_atomic`]: a file or folder takes its final name only when it is complete.
 //! * [`Journal`]: the finished tasks of a long run. It survives a kill at any moment.
@@ -19,6 +20,7 @@ mod columns;
 mod error;
 pub mod exchange;
 pub mod grasps;
+mod join;
 mod journal;
 mod landscape;
 mod machine;
@@ -38,6 +40,7 @@ pub use atomic::{AtomicFolder, FileSet, JOURNAL, write_atomic};
 pub use attempts::{read_attempts, write_attempts};
 pub use error::{Fault, StoreError, Warning};
 pub use grasps::{GraspFile, GraspRow};
+pub use join::{JoinError, JoinedFile};
 pub use journal::{
     Journal, RunStatus, StageStatus, Worker, WorkerState, WorkerStatus, WorkersJournal,
 };

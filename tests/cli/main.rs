@@ -8,6 +8,7 @@ mod flags;
 mod given_grasps;
 mod growing;
 mod interruptions;
+mod join;
 mod json;
 mod manuals;
 mod objects;

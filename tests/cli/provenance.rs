@@ -16,7 +16,7 @@ use crate::desk::Desk;
 use crate::{PATIENT, contents, grasps, landscape};
 
 /// Runs of every verb that records its command. Together they use all its flags. `@` stands for the folder of the inputs.
-const RUNS: [(&str, &[&str]); 19] = [
+const RUNS: [(&str, &[&str]); 20] = [
     (
         "synth",
         &[
@@ -222,6 +222,17 @@ const RUNS: [(&str, &[&str]); 19] = [
             "@/l.csv",
             "--rule",
             "@/rule.toml",
+            "--hand",
+            "@/own's hand.urdf",
+            "--object",
+            "@/Kugel ü.obj",
+        ],
+    ),
+    (
+        "join",
+        &[
+            "@/-g.parquet",
+            "@/held $1.parquet",
             "--hand",
             "@/own's hand.urdf",
             "--object",

@@ -46,7 +46,7 @@ const fn verb(
     }
 }
 
-const VERBS: [Verb; 30] = [
+const VERBS: [Verb; 31] = [
     verb("synth", FEW, &[], true),
     verb("build", "build few.parquet", &["few.parquet"], false),
     verb("surface", SURFACE.line, &[], true),
@@ -57,6 +57,12 @@ const VERBS: [Verb; 30] = [
         false,
     ),
     verb("label", "label g.parquet", &["g.parquet"], true),
+    verb(
+        "join",
+        "join g.parquet few.parquet",
+        &["g.parquet", "few.parquet"],
+        true,
+    ),
     verb("man", "man pages", &[], true),
     verb(
         "report of grasps",

@@ -7,7 +7,7 @@ own: :func:`explore`, :func:`map`, :func:`quench`. Landscapes: :class:`Landscape
 
 from ._call import command, main
 from ._errors import EnergyError, GradientError, InputError, InternalError, LandscapeError, NothingFoundError
-from ._grasps import Energy, Evaluation, Grasps, import_grasps, synthesize
+from ._grasps import Energy, Evaluation, Grasps, import_grasps, join, synthesize
 from ._hands import Hand, Object
 from ._landscape import (
     Coverage, Difference, Landscape, MinimaxPath, Tree, build, diversity, import_landscape, load,
@@ -22,6 +22,6 @@ __all__ = [
     "HAND_NAMES", "OBJECT_NAMES", "Atoms", "Box", "Coverage", "Descents", "Difference", "Energy", "EnergyError", "Euclidean",
     "Evaluation", "FixedFrame", "GradientError", "Grasps", "Hand", "InputError", "InternalError", "Landscape", "LandscapeError",
     "MinimaxPath", "NothingFoundError", "Object", "Periodic", "Rotations", "Table", "Torus", "Tree", "__version__", "build", "command",
-    "diversity", "evaluate", "explore", "from_ase", "import_grasps", "import_landscape", "load", "main", "map", "quench",
-    "synthesize",
+    "diversity", "evaluate", "explore", "from_ase", "import_grasps", "import_landscape", "join", "load", "main", "map",
+    "quench", "synthesize",
 ]

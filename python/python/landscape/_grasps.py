@@ -865,3 +865,35 @@ def import_grasps(
     words = [*hand._flags(named=True), *object._flags(), *flags(mapping=mapping, force=force)]
     command("import", existing(path), *words, "--quiet", "--output", target, progress=progress)
     return Grasps(_native.Grasps.read(target, None, None), target, folder)
+
+
+def join(*sets: Grasps | StrPath, out: StrPath | None = None, force: bool = False) -> Grasps:
+    """Several sets of grasps as one, in their order: the same bytes as ``landscape join``.
+
+    Ids are new, from 0; the column ``source`` tells file and id before.
+
+    Parameters
+    ----------
+    sets
+        Grasps and their files, two or more. Grasps that are in memory only are called ``set_1.parquet``, ``set_2.parquet``, …
+        by their place among the arguments.
+    out
+        The file to write; by default none is kept.
+    force
+        Whether to replace a file that landscape did not write.
+
+    Raises
+    ------
+    InputError
+        If hands or objects of one name differ, or the energies do.
+    FileNotFoundError
+        If there is no such file.
+    """
+    folder = Folder()
+    target = folder / "joined.parquet" if out is None else Path(out)
+    paths = [
+        each._file(folder / f"set_{place}.parquet") if isinstance(each, Grasps) else existing(each)
+        for place, each in enumerate(sets, 1)
+    ]
+    command("join", *paths, *flags(force=force), "--quiet", "--output", target, progress=False)
+    return Grasps(_native.Grasps.read(target, None, None), target, folder if out is None else None)

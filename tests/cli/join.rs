@@ -1,0 +1,137 @@
+//! `landscape join`: files of grasps put together.
+
+use std::fs;
+
+use landscape::store::{GraspFile, GraspRow, Overrides};
+
+use crate::desk::{Desk, assert_says};
+
+fn read(desk: &Desk, name: &str) -> GraspFile {
+    GraspFile::read(&desk.path(name), Overrides::default())
+        .unwrap()
+        .0
+}
+
+const FEW: &str = "--preset four_points --steps 40 --keep all --drop 0 -q";
+
+/// Two hands on two objects: every value of a row but its id and source stays, and the other commands read the result.
+#[test]
+fn joined_files_are_one() {
+    let desk = Desk::with_grasps();
+    desk.succeed(&format!(
+        "synth --hand gripper_parallel --object ball -n 3 {FEW} -o ball.parquet"
+    ));
+    desk.succeed(&format!("synth --object can -n 2 {FEW} -o can.parquet"));
+    let output = desk.run("join g.parquet ball.parquet can.parquet -o all.parquet");
+    assert!(output.status.success());
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert_says(
+        &said,
+        &[
+            "of 3 files (g.parquet 6, ball.parquet ",
+            "human, gripper_parallel",
+        ],
+    );
+    let parts = ["g", "ball", "can"].map(|name| read(&desk, &format!("{name}.parquet")));
+    let all = read(&desk, "all.parquet");
+    let sources = ["g.parquet", "ball.parquet", "can.parquet"];
+    let expected: Vec<GraspRow> = (parts.iter().zip(sources))
+        .flat_map(|(part, name)| part.grasps.iter().map(move |row| (row, name)))
+        .zip(0..)
+        .map(|((row, name), id)| GraspRow {
+            id,
+            source: match row.source.as_str() {
+                "" => format!("{name} {}", row.id),
+                before => format!("{name} {}: {before}", row.id),
+            },
+            ..row.clone()
+        })
+        .collect();
+    assert_eq!(all.grasps, expected);
+    assert_eq!(all.landscapes().len(), 3);
+    let metadata = &all.metadata;
+    assert_eq!(
+        metadata.command,
+        "landscape join g.parquet ball.parquet can.parquet"
+    );
+    assert_eq!(metadata.inputs.len(), 3);
+    assert_eq!(metadata.earlier.len(), 3);
+    assert!(
+        metadata.earlier[1]
+            .command
+            .contains("--hand gripper_parallel")
+    );
+    // The checksum is right, and the next command reads all of it.
+    desk.succeed("label all.parquet -q -o labelled.parquet");
+    assert_eq!(
+        read(&desk, "labelled.parquet").grasps.len(),
+        all.grasps.len()
+    );
+    desk.succeed("survey all.parquet --no-map -q -o all.survey");
+    let summary = fs::read_to_string(desk.path("all.survey/summary.md")).unwrap();
+    assert_says(&summary, &["2 hands on 2 objects"]);
+
+    let first = fs::read(desk.path("all.parquet")).unwrap();
+    desk.succeed("join g.parquet ball.parquet can.parquet -q --threads 1 -o again.parquet");
+    assert!(
+        first == fs::read(desk.path("again.parquet")).unwrap(),
+        "the same bytes"
+    );
+}
+
+#[test]
+fn repeated_grasps_are_told() {
+    let desk = Desk::with_grasps();
+    desk.succeed("export g.parquet csv -q -o g.csv");
+    fs::copy(desk.path("g.parquet"), desk.path("copy.parquet")).unwrap();
+    let said = desk.succeed("join g.parquet copy.parquet");
+    assert_says(
+        &said,
+        &[
+            "6 grasps repeat another one bit for bit",
+            "copy.parquet 0",
+            "is g.parquet 0",
+            "another --seed",
+            "wrote g.joined.parquet",
+        ],
+    );
+    assert_eq!(read(&desk, "g.joined.parquet").grasps.len(), 12);
+}
+
+#[test]
+fn what_cannot_be_one_file_is_refused() {
+    let desk = Desk::with_grasps();
+    let says = |line: &str, words: &[&str]| assert_says(&desk.early_mistake(line), words);
+    says("join g.parquet", &["g.parquet is one file", "two or more"]);
+    says("join g.parquet absent.parquet", &["absent.parquet"]);
+    says(
+        "join g.parquet g.parquet -o g.parquet",
+        &["g.parquet is an input"],
+    );
+    fs::write(desk.path("mine.parquet"), "mine").unwrap();
+    says(
+        "join g.parquet g.parquet -o mine.parquet",
+        &["mine.parquet exists", "--force"],
+    );
+    // Another energy, and another object of the same name.
+    desk.succeed("synth --object ball -n 1 --preset paper --steps 40 --keep all --drop 0 -q -o paper.parquet");
+    says(
+        "join g.parquet paper.parquet",
+        &[
+            "g.parquet and paper.parquet are of different energies",
+            "one preset",
+        ],
+    );
+    let object = &read(&desk, "g.parquet").metadata.objects[0].name;
+    desk.succeed(&format!(
+        "synth --object can --name {object} -n 1 {FEW} -o other.parquet"
+    ));
+    says(
+        "join g.parquet other.parquet",
+        &[
+            "g.parquet and other.parquet both have an object",
+            object,
+            "--name",
+        ],
+    );
+}
