@@ -7,6 +7,7 @@
 #[path = "yields/mod.rs"]
 mod yields;
 
+use std::collections::BTreeSet;
 use std::error::Error;
 use std::fmt::Write;
 use std::fs;
@@ -177,7 +178,7 @@ fn measure(run: &Run) -> Result<[f64; 10], Box<dyn Error>> {
             .copied()
             .unwrap_or(f64::NAN),
         evaluations as f64 / run.chains as f64,
-        diverse.as_ref().map_or(f64::NAN, |d| d.region_sets as f64),
+        region_sets(&energy, &strict).map_or(f64::NAN, |sets| sets as f64),
         diverse
             .as_ref()
             .map_or(f64::NAN, |d| d.explained_variance[0]),
@@ -192,9 +193,21 @@ fn diversity(energy: &GraspEnergy, strict: &[&Synthesized]) -> Option<Diversity>
     let first = strict.get(..DIVERSE)?.iter().copied();
     Diversity::of(
         energy.hand(),
-        &energy.object().centroid,
+        energy.object(),
         first.map(|end| &end.refined),
     )
+}
+
+/// Number of distinct sets of hand regions (patches of the skin) of the contact sets of the first [`DIVERSE`] grasps.
+fn region_sets(energy: &GraspEnergy, strict: &[&Synthesized]) -> Option<usize> {
+    let regions = |end: &&Synthesized| -> BTreeSet<usize> {
+        let points = end.refined.contacts.iter();
+        points
+            .map(|point| energy.hand().surface[*point as usize].region)
+            .collect()
+    };
+    let sets: BTreeSet<BTreeSet<usize>> = strict.get(..DIVERSE)?.iter().map(regions).collect();
+    Some(sets.len())
 }
 
 /// Entropy of the heights at which the first [`DIVERSE`] grasps hold the object, by tenths of its height, nats.

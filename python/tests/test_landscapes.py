@@ -59,18 +59,21 @@ def test_diff_pairs_minima(cluster):
     same = cluster.diff(other)
     assert list(same.matches.before) == list(same.matches.after) == [0, 1, 2, 3]
     assert same.matches.energy_before == pytest.approx(same.matches.energy_after, abs=1e-8)
-    assert same.vanished == [] and same.appeared == [] and len(same.to_pandas()) == 4
+    assert same.only_before == [] and same.only_after == [] and same.possible.rows == 0 and len(same.to_pandas()) == 4
     with pytest.raises(ls.InputError):
         cluster.diff(ls.explore("muller-brown"))
 
 
-def test_diff_tells_what_vanished_and_appeared():
+def test_diff_tells_what_only_one_has():
     def wells(count):
         return lambda x: (np.cos(count * x).sum(), -count * np.sin(count * x))
 
     two, three = (ls.explore(wells(count), ls.Torus(1), name="wells") for count in (2, 3))
     told = two.diff(three, within=0.1)
-    assert told.matches.rows == 0 and told.vanished == [0, 1] and told.appeared == [0, 1, 2]
+    assert told.matches.rows == 0 and told.only_before == [0, 1] and told.only_after == [0, 1, 2]
+    # The wells of the two lie a sixth of π apart and are equally deep.
+    near = two.diff(three, within=0.2)
+    assert near.only_before == [] and near.possible.distance == pytest.approx(np.pi / 6)
     assert two.diff(three, within=1.0).matches.rows > 0
 
 
@@ -190,6 +193,17 @@ def test_diversity_of_two_sets(grasps, tmp_path):
     assert (tmp_path / "told.md").is_file()
     with pytest.raises(ls.InputError, match="at least 30"):
         ls.diversity(grasps, grasps)
+
+
+def test_files_of_grasps_are_joined(grasps, tmp_path, line):
+    shipped = ls.Grasps.read(Path(__file__).parents[2] / "data/grasps.parquet")
+    both = ls.join(shipped[:3], shipped[3:5], out=tmp_path / "both.parquet")
+    assert list(both.id) == [0, 1, 2, 3, 4]
+    assert np.array_equal(both.poses, shipped[:5].poses)
+    assert list(both.column("source"))[3].startswith(f"set_2.parquet {shipped.id[3]}")
+    assert (tmp_path / "both.parquet").is_file()
+    with pytest.raises(ls.InputError, match="two or more"):
+        ls.join(shipped)
 
 
 def test_a_landscape_grows(grasps, mapped, tmp_path, line):

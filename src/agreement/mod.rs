@@ -22,7 +22,7 @@ pub use groups::{
     BarrierRatio, anosim_of_ranks, barrier_ratio, cliffs_delta, dispersions, permanova, permdisp,
     silhouette,
 };
-pub use hill::{Estimated, hill_numbers, rarefied_hill_numbers};
+pub use hill::{Estimated, HillNumbers, Ratio, rarefied_hill_numbers};
 pub use pairs::PairMatrix;
 #[cfg(feature = "topography")]
 pub(crate) use partition::adjusted_rand_of_pairs;

@@ -14,8 +14,10 @@ use super::run::Watch;
 use crate::cli::printing::{complain, print, print_json, shown};
 use crate::evaluation::taxonomy::Rule;
 use crate::figure::MAKER;
-use crate::store::FileSet;
-use crate::study::{DiversitySet, DiversitySettings, Run, compare_diversity};
+use crate::store::{FileSet, GraspFile, LandscapeFiles};
+use crate::study::{
+    DiversitySet, DiversitySettings, Run, StudyError, check_set_sizes, compare_diversity,
+};
 
 /// Compare how diverse sets of grasps are.
 #[derive(Debug, Args)]
@@ -49,19 +51,23 @@ Examples:
   landscape diversity a.landscape                          the effective numbers of one set
   landscape diversity a.landscape b.landscape --group-barrier 0.1     with families at one level
 
-The first line is the answer. The table below it has effective numbers (Hill numbers) of four things:
+The first line is the answer: how many times as many effective kinds one set has as the other, with a 95 % interval. If
+the interval holds 1, no difference is shown, and the line says how many grasps in each set would show one of this size
+(in four of five comparisons; widths of intervals fall as one over the square root of the number of grasps). Kinds are
+four things:
   families         groups of a landscape: grasps between which the hand passes over low barriers
   types, cells     of the GRASP taxonomy, by the rule of `landscape label` (labels by a human override it)
-  contact regions  different sets of digits (and the palm) that are within 2 mm of the object
+  sets of contact regions   different sets of digits (and the palm) that are within 2 mm of the object
 An effective number says how many equally frequent kinds would be as diverse. Order 0 counts every kind, however rare;
-order 1 weighs each by its frequency; order 2 shows how many are frequent.
+order 1 weighs each by its frequency; order 2 shows how many are frequent. The table has all three.
 
 All sets are rarefied to the number of grasps of the smallest one, so that no set looks diverse because it is large.
-Nothing is extrapolated, and a set of fewer than thirty grasps is refused. Brackets are 95 % intervals over
-resamplings. A set is called the most diverse only where its interval lies above those of all others. Families are
-compared at half and at twice the level of groups, too, and must differ at each level, so that the height of a single
-pass decides nothing; their intervals span those of the three levels. All this takes the grasps for independent draws:
-a set that was chosen to be spread (synth --spread) looks more diverse than its source.
+Nothing is extrapolated, and a set of fewer than thirty grasps is refused; `landscape join` puts files together. Brackets
+are 95 % intervals over resamplings of the grasps. A set is called the most diverse only where the intervals of its ratios
+to all others lie above 1. Families are compared at half and at twice the level of groups, too, and all their intervals
+span those of the three levels, so that the height of a single pass decides nothing. All this takes the grasps for
+independent draws: a set that was chosen to be spread (synth --spread) looks more diverse than its source, and every set
+depends on how it was drawn. A last paragraph is a sentence for a paper.
 
 Writes the table (.md), the numbers (.json) and a picture (.svg, .png).";
 
@@ -82,9 +88,24 @@ pub(super) fn run(command: &Diversity, common: &Common) -> anyhow::Result<()> {
         check_file(path, &inputs, common.force)?;
     }
     let names = names(&command.sets);
-    let sets = (command.sets.iter().zip(&names))
-        .map(|(path, name)| set(command, path, name, common))
+    let opened = (command.sets.iter())
+        .map(|path| Opened::of(command, path, common))
         .collect::<anyhow::Result<Vec<_>>>()?;
+    let sizes = names.iter().zip(&opened);
+    check_set_sizes(sizes.map(|(name, set)| (name.as_str(), set.grasps())))?;
+    let watch = Watch::new(common.quiet);
+    let run = Run {
+        observer: &|news| watch.see(news),
+        ..Run::default()
+    };
+    let sets = (command.sets.iter().zip(&names).zip(&opened))
+        .map(|((path, name), set)| {
+            let counted = set.counted(command, path, name, &run);
+            counted.with_context(|| path.display().to_string())
+        })
+        .collect::<anyhow::Result<Vec<_>>>();
+    watch.clear();
+    let sets = sets?;
     let settings = DiversitySettings {
         resamplings: command.resamplings,
         seed: command.seed,
@@ -115,35 +136,51 @@ pub(super) fn run(command: &Diversity, common: &Common) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Counts the grasps of a file or a landscape.
-fn set(
-    command: &Diversity,
-    path: &Path,
-    name: &str,
-    common: &Common,
-) -> anyhow::Result<DiversitySet> {
-    let rule = Rule::standard();
-    if path.is_dir() {
-        let files = input::open_landscape(path)?;
-        let group_barrier = command.groups.group_barrier;
-        let counted = DiversitySet::of_landscape(name, &files, path, group_barrier, rule);
-        return Ok(counted?);
+/// What a path holds.
+enum Opened {
+    Grasps(GraspFile),
+    Landscape(Box<LandscapeFiles>),
+}
+
+impl Opened {
+    fn of(command: &Diversity, path: &Path, common: &Common) -> anyhow::Result<Self> {
+        if path.is_dir() {
+            return Ok(Self::Landscape(Box::new(input::open_landscape(path)?)));
+        }
+        let (file, mut warnings) =
+            input::read_lacking(path, command.hand.as_deref(), command.object.as_deref())?;
+        // Counting needs no energy.
+        warnings.retain(|warning| !warning.contains("energy"));
+        if !common.quiet {
+            input::warn(&warnings);
+        }
+        Ok(Self::Grasps(file))
     }
-    let (file, mut warnings) =
-        input::read_lacking(path, command.hand.as_deref(), command.object.as_deref())?;
-    // Counting needs no energy.
-    warnings.retain(|warning| !warning.contains("energy"));
-    if !common.quiet {
-        input::warn(&warnings);
+
+    fn grasps(&self) -> usize {
+        match self {
+            Self::Grasps(file) => file.grasps.len(),
+            Self::Landscape(files) => files.minima.iter().map(|row| row.members.len()).sum(),
+        }
     }
-    let watch = Watch::new(common.quiet);
-    let run = Run {
-        observer: &|news| watch.see(news),
-        ..Run::default()
-    };
-    let counted = DiversitySet::of_grasps(name, &file, rule, &run);
-    watch.clear();
-    counted.with_context(|| path.display().to_string())
+
+    /// Counts the grasps.
+    fn counted(
+        &self,
+        command: &Diversity,
+        path: &Path,
+        name: &str,
+        run: &Run<'_>,
+    ) -> Result<DiversitySet, StudyError> {
+        let rule = Rule::standard();
+        match self {
+            Self::Grasps(file) => DiversitySet::of_grasps(name, file, rule, run),
+            Self::Landscape(files) => {
+                let group_barrier = command.groups.group_barrier;
+                DiversitySet::of_landscape(name, files, path, group_barrier, rule, run)
+            }
+        }
+    }
 }
 
 /// The names of the files and folders, or their paths if two names are the same.

@@ -452,18 +452,18 @@ fn summary(energy: &GraspEnergy, found: &Synthesis, seconds: Option<f64>) -> Str
         .map(|(end, _)| &end.refined);
     // One or two grasps are always on a line.
     let few = count(Judgement::passes_strict) < 3;
-    let diversity = Diversity::of(energy.hand(), &energy.object().centroid, strict);
+    let diversity = Diversity::of(energy.hand(), energy.object(), strict);
     if let Some(diversity) = diversity.filter(|_| !few) {
         let [first, second, ..] = diversity.explained_variance;
-        let rate = diversity.region_sets_per_hundred;
+        let rate = diversity.contact_region_sets_per_hundred;
         let rate = rate.map_or(String::new(), |rate| {
             format!(" ({rate:.0} per hundred grasps)")
         });
         let _ = writeln!(
             text,
-            "of the strict ones   {} of hand regions{rate}, entropy of joints {:.2} and of the pose {:.2} nats,\n\
+            "of the strict ones   {} of contact regions{rate}, entropy of joints {:.2} and of the pose {:.2} nats,\n\
              \x20                    {:.0} % of the variance in one principal component, {:.0} % in two",
-            counted(diversity.region_sets, "set"),
+            counted(diversity.contact_region_sets, "set"),
             diversity.joint_entropy,
             diversity.pose_entropy,
             100.0 * first,

@@ -1,17 +1,19 @@
-//! How diverse a population of grasps is, by the measures in use elsewhere and by the regions of the hand that hold.
+//! How diverse a population of grasps is, by the measures in use elsewhere and by the sets of contact regions.
 //!
 //! None of them knows the object's symmetry, and all grow or shrink with the number of grasps: compare populations of the
 //! same object and size. Sets of any size are compared by effective numbers of kinds
 //! (`study::compare_diversity`).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{DMatrix, UnitQuaternion, Vector3};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::agreement::rarefied_hill_numbers;
 use crate::grasp::Grasp;
-use crate::hand::Hand;
+use crate::hand::{Hand, PosedHand};
+use crate::object::Object;
 use crate::space::vector::product;
 use crate::space::{Pose, object_from_hand};
 
@@ -25,19 +27,41 @@ pub const BOX_M: f64 = 0.1;
 /// How many principal components are reported.
 const COMPONENTS: usize = 5;
 
-/// Number of grasps to which [`Diversity::region_sets_per_hundred`] is reduced.
+/// Number of grasps to which [`Diversity::contact_region_sets_per_hundred`] is reduced.
 const HUNDRED: usize = 100;
+
+/// Greatest gap of a touching point, metres: that of a contact in the strict filter.
+pub const TOUCHING_M: f64 = 0.002;
+
+/// The contact regions of the pose `x`: the digits, and the palm, with a surface point at most [`TOUCHING_M`] off the exact
+/// mesh of the object, or in it. Links that may not touch do not count.
+///
+/// `synth`, `survey` and `diversity` all count different sets of these. Finer regions would make almost every grasp a kind of
+/// its own, and numbers of kinds that are all met once tell nothing.
+///
+/// # Panics
+/// If `x` is no pose of the hand.
+pub fn contact_regions<'a>(hand: &'a Hand, object: &Object, x: &[f64]) -> BTreeSet<&'a str> {
+    let mut posed = PosedHand::default();
+    hand.pose(x, &mut posed);
+    let points = posed.points.iter().zip(&hand.surface);
+    points
+        .filter(|(_, point)| hand.may_touch(point))
+        .filter(|(place, _)| object.exact.distance(place) <= TOUCHING_M)
+        .map(|(_, point)| hand.digits[hand.links[point.link.0].digit].as_str())
+        .collect()
+}
 
 /// Measures of diversity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Diversity {
     /// Number of grasps.
     pub grasps: usize,
-    /// Distinct sets of hand regions ([`Hand::regions`]) that carry the contacts.
-    pub region_sets: usize,
-    /// Expected number of distinct region sets among a hundred of the grasps drawn without replacement; `None` where there
-    /// are fewer.
-    pub region_sets_per_hundred: Option<f64>,
+    /// Number of different sets of [`contact_regions`].
+    pub contact_region_sets: usize,
+    /// Expected number of different sets among a hundred of the grasps drawn without replacement; `None` where there are
+    /// fewer.
+    pub contact_region_sets_per_hundred: Option<f64>,
     /// Share of the variance of (translation, rotation vector, joints) in the first 1, 2, … 5 principal components, in
     /// metres and radians without scaling, as `DexGraspBench` has it. *Lower* is more diverse.
     pub explained_variance: [f64; COMPONENTS],
@@ -49,31 +73,32 @@ pub struct Diversity {
 }
 
 impl Diversity {
-    /// Measures grasps of `hand`. `centroid`: of the object, metres. `None` without grasps.
+    /// Measures grasps of `hand` on `object`. `None` without grasps.
     ///
     /// # Panics
     /// If a grasp is one of another hand.
     pub fn of<'a>(
         hand: &Hand,
-        centroid: &Vector3<f64>,
+        object: &Object,
         grasps: impl Iterator<Item = &'a Grasp>,
     ) -> Option<Self> {
-        let mut sets: BTreeMap<Vec<usize>, usize> = BTreeMap::new();
-        let mut rows: Vec<Vec<f64>> = Vec::new();
-        for grasp in grasps {
-            let mut set: Vec<usize> = (grasp.contacts)
-                .iter()
-                .map(|&index| hand.surface[index as usize].region)
-                .collect();
-            set.sort_unstable();
-            set.dedup();
+        let grasps: Vec<&Grasp> = grasps.collect();
+        let touching = |grasp: &&Grasp| contact_regions(hand, object, &grasp.pose);
+        let touching: Vec<BTreeSet<&str>> = grasps.par_iter().map(touching).collect();
+        let mut sets: BTreeMap<BTreeSet<&str>, usize> = BTreeMap::new();
+        for set in touching {
             *sets.entry(set).or_insert(0) += 1;
-            rows.push(row(&grasp.pose, centroid));
         }
-        if rows.is_empty() {
-            return None;
-        }
+        let centroid = &object.centroid;
+        let rows: Vec<Vec<f64>> = (grasps.iter())
+            .map(|grasp| row(&grasp.pose, centroid))
+            .collect();
         let counts: Vec<usize> = sets.values().copied().collect();
+        (!rows.is_empty()).then(|| Self::of_rows(hand, &rows, &counts))
+    }
+
+    /// Measures poses as [`row`] gives them, of which `counts` have equal sets of contact regions.
+    fn of_rows(hand: &Hand, rows: &[Vec<f64>], counts: &[usize]) -> Self {
         let mut pose = [(-BOX_M, BOX_M); 6];
         pose[3..].fill((-std::f64::consts::PI, std::f64::consts::PI));
         let mean_entropy = |first: usize, ranges: &[(f64, f64)]| {
@@ -85,15 +110,15 @@ impl Diversity {
             sum / ranges.len().max(1) as f64
         };
         let limits: Vec<(f64, f64)> = hand.joints.iter().map(|j| j.limits_rad.into()).collect();
-        Some(Self {
+        Self {
             grasps: rows.len(),
-            region_sets: sets.len(),
-            region_sets_per_hundred: (rows.len() >= HUNDRED)
-                .then(|| rarefied_hill_numbers(&counts, HUNDRED)[0]),
-            explained_variance: explained_variance(&rows),
+            contact_region_sets: counts.len(),
+            contact_region_sets_per_hundred: (rows.len() >= HUNDRED)
+                .then(|| rarefied_hill_numbers(counts, HUNDRED)[0]),
+            explained_variance: explained_variance(rows),
             joint_entropy: mean_entropy(6, &limits),
             pose_entropy: mean_entropy(0, &pose),
-        })
+        }
     }
 }
 
@@ -180,42 +205,88 @@ mod tests {
             .collect()
     }
 
-    fn measure(hand: &Hand, poses: &[Vec<f64>], contacts: &[u32]) -> Diversity {
-        let grasp = |x: &Vec<f64>| Grasp::new(x.clone(), contacts.to_vec());
-        let grasps: Vec<Grasp> = poses.iter().map(grasp).collect();
-        Diversity::of(hand, &Vector3::zeros(), grasps.iter()).unwrap()
+    fn grasps(poses: &[Vec<f64>]) -> Vec<Grasp> {
+        let grasp = |x: &Vec<f64>| Grasp::new(x.clone(), Vec::new());
+        poses.iter().map(grasp).collect()
+    }
+
+    /// Without the contact regions, which take most of the time.
+    fn measure(hand: &Hand, poses: &[Vec<f64>]) -> Diversity {
+        let rows: Vec<Vec<f64>> = (grasps(poses).iter())
+            .map(|grasp| row(&grasp.pose, &Vector3::zeros()))
+            .collect();
+        Diversity::of_rows(hand, &rows, &[rows.len()])
+    }
+
+    fn ball() -> Object {
+        Object::named("ball").unwrap()
     }
 
     #[test]
     fn one_grasp_again_and_again_has_none() {
         let hand = Hand::human();
-        let same = measure(&hand, &poses(&hand, 50, 0.0), &[1, 2, 3]);
-        assert_eq!(same.region_sets, 1);
+        let of = |count| {
+            let grasps = grasps(&poses(&hand, count, 0.0));
+            Diversity::of(&hand, &ball(), grasps.iter()).unwrap()
+        };
+        let same = of(50);
+        assert_eq!(same.contact_region_sets, 1);
         assert_eq!(
-            same.region_sets_per_hundred, None,
+            same.contact_region_sets_per_hundred, None,
             "the count of fifty is no rate of a hundred"
         );
-        let hundred = measure(&hand, &poses(&hand, 100, 0.0), &[1, 2, 3]);
-        assert!((hundred.region_sets_per_hundred.unwrap() - 1.0).abs() < 1e-12);
+        let hundred = of(100);
+        assert!((hundred.contact_region_sets_per_hundred.unwrap() - 1.0).abs() < 1e-12);
         assert!(
             same.explained_variance
                 .iter()
                 .all(|share| (share - 1.0).abs() < 1e-12)
         );
         assert!(same.joint_entropy.abs() < 1e-12 && same.pose_entropy.abs() < 1e-12);
-        let none = Diversity::of(&hand, &Vector3::zeros(), std::iter::empty());
+        let none = Diversity::of(&hand, &ball(), std::iter::empty());
         assert!(none.is_none());
+    }
+
+    /// The palm lies 1 mm off the ball, then 3 mm.
+    #[test]
+    fn what_is_within_two_millimetres_touches() {
+        let hand = Hand::human();
+        let ball = ball();
+        let mut x = hand.rest_coordinates();
+        x[2] += 1.0;
+        assert!(contact_regions(&hand, &ball, &x).is_empty(), "a metre off");
+        // The nearest point of all, moved on to the ball along the line between the two.
+        let nearest = |x: &[f64]| {
+            let mut posed = PosedHand::default();
+            hand.pose(x, &mut posed);
+            let gaps = posed.points.iter().zip(&hand.surface);
+            let gaps = gaps.filter(|(_, point)| hand.may_touch(point));
+            let gaps = gaps.map(|(place, point)| (ball.exact.distance(place), point));
+            let (gap, point) = gaps.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+            (gap, hand.digits[hand.links[point.link.0].digit].clone())
+        };
+        for _ in 0..200 {
+            let (gap, _) = nearest(&x);
+            x[2] -= gap - 0.001;
+        }
+        let (gap, digit) = nearest(&x);
+        assert!((gap - 0.001).abs() < 1e-5, "{gap}");
+        assert!(contact_regions(&hand, &ball, &x).contains(digit.as_str()));
+        x[2] += 0.01;
+        let (gap, _) = nearest(&x);
+        assert!(gap > 0.002, "{gap}");
+        assert!(contact_regions(&hand, &ball, &x).is_empty());
     }
 
     #[test]
     fn uniform_joints_have_the_largest_entropy() {
         let hand = Hand::human();
-        let wide = measure(&hand, &poses(&hand, 20_000, 1.0), &[]);
+        let wide = measure(&hand, &poses(&hand, 20_000, 1.0));
         assert!(
             (wide.joint_entropy - libm::log(BINS as f64)).abs() < 0.01,
             "{wide:?}"
         );
-        let narrow = measure(&hand, &poses(&hand, 20_000, 0.25), &[]);
+        let narrow = measure(&hand, &poses(&hand, 20_000, 0.25));
         // A quarter of the range: ln(32/4), up to the bins at the ends that are cut.
         assert!(
             (narrow.joint_entropy - libm::log(8f64)).abs() < 0.15,
@@ -235,7 +306,7 @@ mod tests {
                 x
             })
             .collect();
-        let found = measure(&hand, &line, &[]);
+        let found = measure(&hand, &line);
         assert!(
             (found.explained_variance[0] - 1.0).abs() < 1e-9,
             "{found:?}"

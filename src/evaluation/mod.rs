@@ -10,5 +10,5 @@ pub mod human_likeness;
 pub mod stability;
 pub mod taxonomy;
 
-pub use diversity::Diversity;
+pub use diversity::{Diversity, contact_regions};
 pub use human_likeness::HandUse;

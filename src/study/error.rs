@@ -1,8 +1,11 @@
 //! Errors of studies.
 
+use std::fmt;
+
 use crate::figure::FigureError;
 use crate::grasp::energy::EnergySettingsError;
 use crate::hand::HandError;
+use crate::printable::counted;
 use crate::store::{RebuildError, StoreError};
 use crate::thermal::{Missing, Unreachable};
 use crate::topography::JournalError;
@@ -158,19 +161,9 @@ pub enum StudyError {
     /// No path joins two sets of minima.
     #[error("no sequence of transition states leads from m{} to the minima named as its goal", .0.0)]
     Unreachable(Unreachable),
-    /// A set has too few grasps for its diversity.
-    #[error(
-        "{name} holds {grasps} grasps, but diversity is compared between sets of at least {needed}: from fewer it would be a \
-         guess"
-    )]
-    FewGrasps {
-        /// The set.
-        name: String,
-        /// Its number of grasps.
-        grasps: usize,
-        /// The least number.
-        needed: usize,
-    },
+    /// Sets have too few grasps for their diversity.
+    #[error(transparent)]
+    FewGrasps(FewGrasps),
     /// A built-in hand cannot be read.
     #[error(transparent)]
     Hand(#[from] HandError),
@@ -195,5 +188,40 @@ pub enum StudyError {
 impl From<Unreachable> for StudyError {
     fn from(unreachable: Unreachable) -> Self {
         Self::Unreachable(unreachable)
+    }
+}
+
+/// Sets that are too small for their diversity to be compared.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub struct FewGrasps {
+    /// Their names and numbers of grasps.
+    pub few: Vec<(String, usize)>,
+    /// The least number.
+    pub needed: usize,
+}
+
+impl fmt::Display for FewGrasps {
+    /// For instance `mug.parquet has 21 grasps and pen.parquet has 24; at least 30 in each set are needed …`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let needed = self.needed;
+        for (place, (name, grasps)) in self.few.iter().enumerate() {
+            let before = match place {
+                0 => "",
+                _ if place + 1 == self.few.len() => " and ",
+                _ => ", ",
+            };
+            let lack = needed.saturating_sub(*grasps);
+            write!(
+                f,
+                "{before}{name} has {} ({lack} too few)",
+                counted(*grasps, "grasp")
+            )?;
+        }
+        write!(
+            f,
+            "; at least {needed} in each set are needed, because a comparison of fewer would be a guess: make more (`landscape \
+             synth -n {}` keeps about {needed} if three in four pass), or put several files together (`landscape join`)",
+            needed * 4 / 3
+        )
     }
 }

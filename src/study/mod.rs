@@ -138,11 +138,11 @@ pub use contacts::{BalancingForces, ContactsError, ContactsReport, GivenContact,
 pub(crate) use digits::Digits;
 pub use diversity::{
     Counted, Counts, DiversityComparison, DiversitySet, DiversitySettings, Measure, OTHER_LEVELS,
-    compare_diversity,
+    RatioOfSets, check_set_sizes, compare_diversity,
 };
 pub use drawing::{Drawing, Put, Quantities, Titles, Views};
 pub use earlier::{EarlierLandscape, JoinedGrasps};
-pub use error::StudyError;
+pub use error::{FewGrasps, StudyError};
 pub use examples::{Colouring, MinimumNames};
 pub use experiment::{DEFAULT_PRESET, Experiment, ExperimentError};
 pub use export::{

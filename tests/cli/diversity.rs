@@ -4,6 +4,7 @@ use std::fs;
 
 use crate::desk::{Desk, assert_says};
 use crate::names;
+use landscape::evaluation::Diversity;
 use landscape::store::{AtomicFolder, GraspFile, LandscapeFiles, Overrides};
 use serde_json::Value;
 
@@ -50,10 +51,19 @@ fn planted_grasps_have_the_types_and_contacts_that_were_planted() {
     let line = "diversity narrow.parquet wide.parquet --resamplings 50";
     let output = desk.run(line);
     let text = String::from_utf8(output.stdout).unwrap();
-    let answer = "wide.parquet is the more diverse by types, cells and contact regions";
+    let answer = "wide.parquet is the more diverse by types, cells and sets of contact regions: it has 6.0 times as many \
+                  effective types as narrow.parquet (order 1, 95 % interval 5.";
     assert_says(
         &text,
-        &[answer, "landscape build", "narrow.parquet (48 grasps)"],
+        &[
+            answer,
+            "wide.parquet has no map, so families are left out; `landscape build wide.parquet` makes one",
+            "narrow.parquet (48 grasps)",
+            "| wide.parquet to narrow.parquet |",
+            "all 48 grasps of narrow.parquet are of one kind by types",
+            "each set also depends on how its grasps were drawn",
+            "For a paper: By Hill numbers of order 1",
+        ],
     );
     assert!(text.lines().nth(2).unwrap().starts_with(answer), "{text}");
 
@@ -102,7 +112,19 @@ fn too_few_grasps_are_refused() {
     plant(&desk, "few.parquet", 29, &["Tripod"], false);
     plant(&desk, "many.parquet", 30, &["Tripod"], false);
     let sentence = desk.early_mistake("diversity many.parquet few.parquet");
-    assert_says(&sentence, &["few.parquet holds 29 grasps", "at least 30"]);
+    assert_says(
+        &sentence,
+        &[
+            "few.parquet has 29 grasps (1 too few); at least 30",
+            "landscape join",
+        ],
+    );
+    plant(&desk, "fewer.parquet", 7, &["Tripod"], false);
+    let sentence = desk.early_mistake("diversity few.parquet many.parquet fewer.parquet");
+    let expected =
+        "few.parquet has 29 grasps (1 too few) and fewer.parquet has 7 grasps (23 too few)";
+    assert_says(&sentence, &[expected]);
+    fs::remove_file(desk.path("fewer.parquet")).unwrap();
     let sentence = desk.early_mistake("diversity many.parquet --resamplings 3");
     assert_says(&sentence, &["--resamplings 3", "from 20"]);
     let line = "diversity many.parquet -q --resamplings 20";
@@ -155,7 +177,7 @@ fn planted_families_are_compared_at_one_level() {
         found["answer"]
             .as_str()
             .unwrap()
-            .starts_with("even.landscape is the more diverse")
+            .starts_with("even.landscape is the more diverse by families: it has ")
     );
     let notes = found["notes"].to_string();
     assert_says(&notes, &["even.landscape is the landscape of a surface"]);
@@ -167,7 +189,7 @@ fn planted_families_are_compared_at_one_level() {
     let found = json(&desk, "found.json");
     assert!((value(&found, "families", 0, 0) - 8.0).abs() < 1e-9);
     let answer = found["answer"].as_str().unwrap();
-    assert_says(answer, &["By families no difference can be told."]);
+    assert_says(answer, &["These grasps show no difference in families: "]);
     assert_says(&found["notes"].to_string(), &["twice their level"]);
 
     // Families at different levels are shown, but not compared; `diff` warns, too.
@@ -202,4 +224,36 @@ fn planted_families_are_compared_at_one_level() {
     desk.succeed("diversity even.landscape other.landscape --group-barrier 0 -q -o found");
     let found = json(&desk, "found.json");
     assert!(!found["notes"].to_string().contains("cannot be compared"));
+}
+
+/// What a survey counts, `diversity` counts as well, and `synth` said before.
+#[test]
+fn sets_of_contact_regions_have_one_definition() {
+    let desk = Desk::empty();
+    let line = "synth --object ball -n 34 --preset four_points --steps 40 --keep all --drop 0 -o many.parquet";
+    desk.succeed(&format!("{line} -q"));
+    desk.succeed("diversity many.parquet --resamplings 20 -q -o found");
+    let observed = value(&json(&desk, "found.json"), "contacts", 0, 0);
+    desk.succeed("survey many.parquet --no-map -q -o found.survey");
+    let survey = json(&desk, "found.survey/survey.json");
+    let sets = survey["populations"][0]["contacts"].as_object().unwrap();
+    assert!(sets.len() > 1);
+    assert!(
+        (observed - sets.len() as f64).abs() < 1e-9,
+        "{observed} {sets:?}"
+    );
+    let (file, _) = GraspFile::read(&desk.path("many.parquet"), Overrides::default()).unwrap();
+    let population = &file.landscapes()[0];
+    let (hand, object) = (population.hand().unwrap(), population.object().unwrap());
+    let grasps = file.grasps.iter().map(|row| &row.grasp);
+    let told = Diversity::of(&hand, &object, grasps).unwrap();
+    assert_eq!(told.contact_region_sets, sets.len(), "what `synth` tells");
+    let text = fs::read_to_string(desk.path("found.survey/summary.md")).unwrap();
+    assert_says(
+        &text,
+        &[
+            "| sets of contact regions |",
+            &format!("sets of contact regions: {} observed", sets.len()),
+        ],
+    );
 }

@@ -10,7 +10,7 @@ use crate::desk::Desk;
 use crate::{contents, grasps, landscape};
 
 /// Section of the page, and a command of which it describes the document.
-const RUNS: [(&str, &str); 41] = [
+const RUNS: [(&str, &str); 42] = [
     (
         "synth",
         "synth --object ball -n 4 --preset four_points --steps 40 --keep all --drop 2 -o s.parquet",
@@ -44,6 +44,7 @@ const RUNS: [(&str, &str); 41] = [
     ),
     ("label", "label g.parquet"),
     ("label --explain", "label g.parquet --explain 0"),
+    ("join", "join g.parquet g.parquet -o twice.parquet"),
     ("hands list", "hands list"),
     ("hands inspect", "hands inspect gripper_parallel"),
     ("objects list", "objects list"),

@@ -80,7 +80,7 @@ fn a_folder_is_one_job() {
     assert_says(
         &summary,
         &[
-            "9 grasps: 2 hands on 3 populations",
+            "9 grasps: 2 hands on 2 objects",
             "## human: 6 grasps on 2 objects",
         ],
     );

@@ -134,31 +134,41 @@ class Difference:
     @property
     def matches(self) -> Table:
         """Corresponding minima: ``before``, ``after``, their energies and their distance."""
-        rows = self.told["matches"]
-        return Table({
-            "before": np.array([row["before"] for row in rows], dtype=np.int64),
-            "after": np.array([row["after"] for row in rows], dtype=np.int64),
-            "energy_before": np.array([row["energies"][0] for row in rows], dtype=np.float64),
-            "energy_after": np.array([row["energies"][1] for row in rows], dtype=np.float64),
-            "distance": np.array([row["distance"] for row in rows], dtype=np.float64),
-        })
+        return _pairs(self.told["matches"])
 
     @property
-    def vanished(self) -> list[int]:
-        """Minima of the first landscape that the second lacks."""
-        return list(self.told["vanished"])
+    def possible(self) -> Table:
+        """Minima without a match beside the one that each may be, as in :attr:`matches`: the nearest of equal energy."""
+        return _pairs(self.told["possible"])
 
     @property
-    def appeared(self) -> list[int]:
-        """Minima of the second landscape that the first lacks."""
-        return list(self.told["appeared"])
+    def only_before(self) -> list[int]:
+        """Minima of the first landscape without a match and without a possible one."""
+        return list(self.told["only_before"])
+
+    @property
+    def only_after(self) -> list[int]:
+        """Minima of the second landscape without a match and without a possible one."""
+        return list(self.told["only_after"])
 
     def to_pandas(self) -> Any:
         """The corresponding minima as a ``pandas.DataFrame``."""
         return self.matches.to_pandas()
 
     def __repr__(self) -> str:
-        return f"{self.matches.rows} minima correspond, {len(self.vanished)} vanished, {len(self.appeared)} appeared"
+        only = f"{len(self.only_before)} only before, {len(self.only_after)} only after"
+        return f"{self.matches.rows} minima in both, {self.possible.rows} pairs may be the same, {only}"
+
+
+def _pairs(rows: list[dict[str, Any]]) -> Table:
+    """Pairs of minima of two landscapes."""
+    return Table({
+        "before": np.array([row["before"] for row in rows], dtype=np.int64),
+        "after": np.array([row["after"] for row in rows], dtype=np.int64),
+        "energy_before": np.array([row["energies"][0] for row in rows], dtype=np.float64),
+        "energy_after": np.array([row["energies"][1] for row in rows], dtype=np.float64),
+        "distance": np.array([row["distance"] for row in rows], dtype=np.float64),
+    })
 
 
 class Landscape:
@@ -740,8 +750,8 @@ def diversity(
     *sets: Grasps | Landscape | StrPath, group_barrier: float | None = None, resamplings: int | None = None, seed: int = 0,
     out: StrPath | None = None, force: bool = False, progress: bool | None = None,
 ) -> dict[str, Any]:
-    """Which of several sets of grasps is more diverse, as ``landscape diversity --json``: effective numbers of kinds
-    (M. O. Hill, Ecology 54, 427 (1973)), rarefied to equal numbers of grasps (A. Chao and L. Jost, Ecology 93, 2533 (2012)).
+    """Which of several sets of grasps is more diverse and by how much, as ``landscape diversity --json``: effective numbers of
+    kinds and their ratios (M. O. Hill, Ecology 54, 427 (1973)), rarefied to equal numbers of grasps (A. Chao and L. Jost, Ecology 93, 2533 (2012)).
 
     Parameters
     ----------

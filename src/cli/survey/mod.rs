@@ -48,7 +48,7 @@ pub(super) struct Survey {
     /// The folder to write; by default the name of the first file or folder with the ending `.survey`.
     #[arg(long, short, value_name = "FOLDER")]
     output: Option<PathBuf>,
-    /// Count types, cells and contact regions only, without mapping landscapes, which takes almost all of the time.
+    /// Count types, cells and sets of contact regions only, without mapping landscapes, which takes almost all of the time.
     /// Families are then not known.
     #[arg(long, conflicts_with_all = ["group_barrier", "config", "no_report"])]
     no_map: bool,
@@ -80,7 +80,7 @@ pub(super) const EXAMPLES: &str = "\
 Examples:
   landscape survey grasps/                                 grasps.survey/: what the files in this folder cover
   landscape survey mug.parquet bowl.parquet -o cups.survey
-  landscape survey grasps/ --no-map                        types and contact regions only, within minutes
+  landscape survey grasps/ --no-map                        types and sets of contact regions only, within minutes
   landscape survey grasps/ --worker 3/64                   one of 64 processes that share the work
 
 A file may hold several hands and objects; each hand on each object is a population of its own. For each of them, the
@@ -253,8 +253,16 @@ impl Survey {
             Ok(energy) => energy,
             Err(error) => return failed(error.into()),
         };
-        let count =
-            || SurveyedPopulation::count(&task.name, &file, population, rule, &Run::default());
+        let count = || {
+            let watch = Watch::new(common.quiet);
+            let run = Run {
+                observer: &|news| watch.see(news),
+                ..Run::default()
+            };
+            let counted = SurveyedPopulation::count(&task.name, &file, population, rule, &run);
+            watch.clear();
+            counted
+        };
         if self.no_map || population.grasps.len() < 2 {
             return count().map_or_else(|error| failed(error.into()), |counted| Ok(Ok(counted)));
         }

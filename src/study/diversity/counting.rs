@@ -1,13 +1,14 @@
-//! Counts the grasps of files and landscapes by family, type, cell and contact regions.
+//! Counts the grasps of files and landscapes by family, type, cell and set of contact regions.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use rayon::prelude::*;
 
 use super::{Counted, Counts, DiversitySet, OTHER_LEVELS};
+use crate::evaluation::contact_regions;
 use crate::evaluation::taxonomy::{Inapplicable, Labeller, Rule};
-use crate::hand::{Hand, PosedHand};
+use crate::hand::Hand;
 use crate::object::Object;
 use crate::store::{GraspFile, GraspRow, LandscapeFiles};
 use crate::study::error::StudyError;
@@ -15,9 +16,6 @@ use crate::study::level::GroupLevel;
 use crate::study::tables::group_of;
 use crate::study::{GraspSetting, MinimumName, Run};
 use crate::topography::{Phase, Tally};
-
-/// Greatest gap of a touching point, metres: that of a contact in the strict filter.
-const TOUCHING_M: f64 = 0.002;
 
 /// What one pose counts as.
 struct Place {
@@ -45,10 +43,11 @@ impl DiversitySet {
             places.extend(counter.places(&population.grasps, &tally));
         }
         let families = Err(format!(
-            "{name} is a file of grasps, whose families are not known before `landscape build` has mapped it"
+            "{name} has no map, so families are left out; `landscape build {name}` makes one"
         ));
+        let hands = file.metadata.hands.iter().map(|hand| hand.name.clone());
         Ok(Self {
-            level: None,
+            hands: hands.collect(),
             ..Self::of_places(name, families, &places)
         })
     }
@@ -65,6 +64,7 @@ impl DiversitySet {
         folder: &Path,
         group_barrier: Option<f64>,
         rule: &Rule,
+        run: &Run<'_>,
     ) -> Result<Self, StudyError> {
         let network = files.network(folder)?;
         let families_at = |barrier: Option<f64>| -> BTreeMap<String, usize> {
@@ -90,11 +90,11 @@ impl DiversitySet {
                 .minima
                 .par_iter()
                 .filter(|row| !row.members.is_empty());
+            let tally = run.tally(Phase::Label, rows.clone().count());
             rows.map(|row| {
-                (
-                    counter.place(&row.coordinates, row.label()),
-                    row.members.len(),
-                )
+                let place = counter.place(&row.coordinates, row.label());
+                tally.tick();
+                (place, row.members.len())
             })
             .collect()
         } else {
@@ -108,8 +108,10 @@ impl DiversitySet {
             );
             set.counts[1..].fill(Err(reason));
         }
+        let hands = files.manifest.hand.iter().map(|hand| hand.name.clone());
         Ok(Self {
             grasps,
+            hands: hands.collect(),
             level,
             families_at_other_levels,
             ..set
@@ -127,7 +129,7 @@ impl DiversitySet {
     }
 }
 
-/// The types, cells and contact regions of poses, each with its number of grasps.
+/// The types, cells and sets of contact regions of poses, each with its number of grasps.
 fn count(places: &[(Place, usize)]) -> [Result<BTreeMap<String, usize>, Inapplicable>; 3] {
     let count = |kind: &dyn Fn(&Place) -> Option<String>| {
         let mut counts = BTreeMap::new();
@@ -168,7 +170,7 @@ impl<'a> Counter<'a> {
         }
     }
 
-    /// The types, cells and contact regions of grasps. Labels given by a human override the rule.
+    /// The types, cells and sets of contact regions of grasps. Labels given by a human override the rule.
     pub(in crate::study) fn count_grasps(
         &self,
         grasps: &[&GraspRow],
@@ -200,17 +202,8 @@ impl<'a> Counter<'a> {
         }
     }
 
-    /// The digits (and the palm) with a point at most [`TOUCHING_M`] off the object. Finer regions would make almost every
-    /// grasp a kind of its own, and numbers of kinds that are all met once tell nothing.
+    /// The [`contact_regions`] of the pose `x`, as one word of a table.
     pub(in crate::study) fn touching(&self, x: &[f64]) -> String {
-        let mut posed = PosedHand::default();
-        self.hand.pose(x, &mut posed);
-        let points = posed.points.iter().zip(&self.hand.surface);
-        let touching: BTreeSet<&str> = points
-            .filter(|(_, point)| self.hand.may_touch(point))
-            .filter(|(place, _)| self.object.exact.distance(place) <= TOUCHING_M)
-            .map(|(_, point)| self.hand.digits[self.hand.links[point.link.0].digit].as_str())
-            .collect();
-        Vec::from_iter(touching).join(", ")
+        Vec::from_iter(contact_regions(self.hand, self.object, x)).join(", ")
     }
 }

@@ -48,7 +48,11 @@ fn sets_are_compared_at_the_size_of_the_smallest() {
         (large_at_sixty.value - expected).abs() < 0.1,
         "{large_at_sixty:?}"
     );
-    assert_eq!(found.answer(), "By families no difference can be told.");
+    let answer = found.answer();
+    assert!(
+        answer.starts_with("These grasps show no difference in families: "),
+        "{answer}"
+    );
     let own_size = compare(&[large]).measures[0].sets[0].unwrap()[0];
     assert!((own_size.value - 30.0).abs() < 1e-9, "{own_size:?}");
 }
@@ -86,14 +90,101 @@ fn the_most_diverse_of_several_is_above_all_others() {
         set("c", of, &[5; 20]),
     ];
     let told = compare(&sets).answer();
-    assert_eq!(
-        told,
-        "c is the most diverse by families: its intervals lie above those of all others."
-    );
+    let expected = "c is the most diverse by families: it has 2.0 times as many effective families as b, the next (order 1, 95 % \
+                    interval 1.";
+    assert!(told.starts_with(expected), "{told}");
     sets.push(set("d", of, &[5; 20]));
-    assert_eq!(
-        compare(&sets).answer(),
-        "By families it cannot be told which one is the most diverse."
+    let told = compare(&sets).answer();
+    let expected = "These grasps do not show which set is the most diverse by families: c has 1.0 times as many effective \
+                    families as d, the next (order 1";
+    assert!(told.starts_with(expected), "{told}");
+}
+
+/// The answer says by how much, how sure this is, and how many grasps would show it.
+#[test]
+fn a_difference_that_does_not_show_is_told_with_its_size() {
+    let of = Counted::Contacts;
+    let sets = [
+        set("human", of, &[9, 6, 4, 3, 2, 2, 1, 1, 1, 1]),
+        set("shadow", of, &[6, 5, 4, 4, 3, 3, 2, 2, 1, 1, 1, 1]),
+    ];
+    let found = compare(&sets);
+    let ratio = found.measures[0].ratio([1, 0]).unwrap()[1];
+    assert!(ratio.value > 1.1 && !ratio.differs(), "{ratio:?}");
+    let needed = ratio.members_needed.unwrap();
+    let answer = found.answer();
+    for expected in [
+        "These grasps show no difference in sets of contact regions: shadow has 1.",
+        " times as many effective sets of contact regions as human (order 1, 95 % interval 0.",
+        " grasps in each set would show a difference of this size in four of five comparisons.",
+        "does not mean that the sets are equal",
+    ] {
+        assert!(answer.contains(expected), "{answer}");
+    }
+    let told = answer
+        .split("; about ")
+        .nth(1)
+        .unwrap()
+        .split(' ')
+        .next()
+        .unwrap();
+    let told: usize = told.parse().unwrap();
+    assert!(
+        (needed..needed + needed / 5).contains(&told),
+        "{told} {needed}"
+    );
+    let sentence = found.sentence().unwrap();
+    for expected in [
+        "human n = 30",
+        "order 1",
+        "500 bootstrap resamplings",
+        "samples of 30 grasps",
+        "(shadow to human)",
+    ] {
+        assert!(sentence.contains(expected), "{sentence}");
+    }
+    assert_eq!(found.to_json()["sentence"], sentence.as_str());
+    assert!(found.markdown().contains("For a paper: By Hill numbers"));
+}
+
+/// A ratio that is found although the intervals of the two sets overlap.
+#[test]
+fn overlapping_intervals_may_differ() {
+    let of = Counted::Types;
+    let one = set("one", of, &[20, 20, 20, 12, 10, 6, 6, 2, 2, 2]);
+    let other = set("other", of, &[30, 24, 20, 10, 8, 4, 2, 1, 1]);
+    let measure = &compare(&[one, other]).measures[0];
+    let [one, other] = [0, 1].map(|set| measure.sets[set].unwrap()[2]);
+    assert!(one.interval[0] < other.interval[1], "{one:?} {other:?}");
+    assert_eq!(measure.most[2], Some(0), "{:?}", measure.ratios);
+}
+
+#[test]
+fn limits_of_the_sets_are_told() {
+    let told = |hands: [&str; 2]| {
+        let sets = hands.map(|hand| {
+            let mut set = set(hand, Counted::Types, &[20, 20]);
+            set.hands = vec![hand.to_owned()];
+            set
+        });
+        compare(&sets).notes.join("\n")
+    };
+    let robot = told(["human", "shadow"]);
+    assert!(
+        robot.contains("types and cells of shadow are by a rule that was made for the human hand"),
+        "{robot}"
+    );
+    assert!(robot.contains("sampler"), "{robot}");
+    assert!(!told(["human", "human"]).contains("rule"));
+    let single = compare(&[
+        set("a", Counted::Types, &[30]),
+        set("b", Counted::Types, &[15, 15]),
+    ]);
+    let notes = single.notes.join("\n");
+    assert!(
+        notes.contains("all 30 grasps of a are of one kind by types")
+            && notes.contains("up to 10 %"),
+        "{notes}"
     );
 }
 
@@ -122,10 +213,15 @@ fn small_sets_are_refused() {
     ];
     let refused = compare_diversity(&sets, &DiversitySettings::default()).unwrap_err();
     let text = refused.to_string();
+    let expected = "few has 29 grasps (1 too few); at least 30 in each set are needed";
     assert!(
-        text.contains("few holds 29 grasps") && text.contains("at least 30"),
+        text.starts_with(expected) && text.contains("synth -n 40"),
         "{text}"
     );
+    let all = check_set_sizes([("a", 21), ("b", 40), ("c", 24), ("d", 1)]);
+    let text = all.unwrap_err().to_string();
+    let expected = "a has 21 grasps (9 too few), c has 24 grasps (6 too few) and d has 1 grasp (29 too few); at least 30";
+    assert!(text.starts_with(expected), "{text}");
     // Enough grasps, of which too few have a type.
     let mut typed = set("typed", Counted::Types, &[20, 20]);
     typed.grasps = 40;
@@ -152,7 +248,17 @@ fn the_height_of_one_pass_decides_nothing() {
     higher.families_at_other_levels = vec![vec![190, 200, 10, 10], vec![410]];
     lower.families_at_other_levels = vec![vec![200, 200, 10], vec![410]];
     let found = compare(&[higher.clone(), lower]);
-    assert_eq!(found.answer(), "By families no difference can be told.");
+    let answer = found.answer();
+    assert!(
+        answer.starts_with("These grasps show no difference in families: "),
+        "{answer}"
+    );
+    // More grasps of these sources would show no difference either, because the levels disagree.
+    assert_eq!(
+        found.measures[0].ratio([0, 1]).unwrap()[1].members_needed,
+        None
+    );
+    assert!(!answer.contains("would show"), "{answer}");
     let told = |found: &DiversityComparison| found.measures[0].sets[0].unwrap();
     for (number, own) in told(&found).iter().zip(told(&alone)) {
         assert!((number.value - own.value).abs() < 1e-12);
@@ -195,7 +301,11 @@ fn families_of_different_levels_are_not_compared() {
             .starts_with("b is the more diverse by families")
     );
     let found = compare(&sets(0.01));
-    assert_eq!(found.answer(), "By families no difference can be told.");
+    assert_eq!(
+        found.answer(),
+        "The families cannot be compared: the notes say why."
+    );
+    assert_eq!(found.sentence(), None);
     assert!(
         found.notes[0].contains("cannot be compared"),
         "{:?}",

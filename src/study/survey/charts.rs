@@ -58,7 +58,7 @@ impl Survey {
         dots(panels.collect())
     }
 
-    /// How the numbers of types, contact regions and families grow with the number of grasps, for each hand.
+    /// How the numbers of types, sets of contact regions and families grow with the number of grasps, for each hand.
     pub fn rarefaction_chart(&self) -> Chart {
         let panel = |title: &str, counts: &dyn Fn(&HandSurvey) -> Option<Vec<usize>>| {
             let curves: Vec<_> = (self.hands.iter())
@@ -79,7 +79,9 @@ impl Survey {
             panel("types of the taxonomy", &|hand| {
                 hand.types.as_ref().map(values)
             }),
-            panel("contact regions", &|hand| Some(values(&hand.contacts))),
+            panel("sets of contact regions", &|hand| {
+                Some(values(&hand.contacts))
+            }),
             panel("families, each object by itself", &|hand| {
                 Some(hand.family_sizes.clone()).filter(|sizes| !sizes.is_empty())
             }),

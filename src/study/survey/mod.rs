@@ -53,7 +53,7 @@ pub struct SurveyedPopulation {
     pub types: Option<KindCounts>,
     /// Cells of the table of the taxonomy, likewise.
     pub cells: Option<KindCounts>,
-    /// Sets of digits (and the palm) that are within 2 mm of the object.
+    /// Sets of [`contact_regions`](crate::evaluation::contact_regions).
     pub contacts: KindCounts,
     /// What the landscape of the population tells; `None` if it was not mapped.
     pub map: Option<SurveyedMap>,

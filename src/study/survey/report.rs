@@ -1,5 +1,6 @@
 //! The summary and the tables of a survey.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use serde_json::{Value, json};
@@ -9,7 +10,7 @@ use crate::evaluation::taxonomy::Taxonomy;
 use crate::figure::MAKER;
 use crate::printable::counted;
 use crate::store::exchange::csv_table;
-use crate::topography::{LEAST_MEMBERS, Rarefaction};
+use crate::topography::{Completeness, LEAST_MEMBERS, Rarefaction};
 
 /// Most rows of a table in the summary. The tables in the CSV files have all rows.
 const ROWS: usize = 100;
@@ -21,9 +22,10 @@ impl Survey {
     pub fn markdown(&self) -> String {
         let grasps: usize = self.populations.iter().map(|one| one.grasps).sum();
         let mut text = format!(
-            "# Survey of {grasps} grasps: {} on {}\n",
+            "# Survey of {}: {} on {}\n",
+            counted(grasps, "grasp"),
             counted(self.hands.len(), "hand"),
-            counted(self.populations.len(), "population")
+            counted(objects(&self.populations), "object")
         );
         text.push('\n');
         let head = [
@@ -32,11 +34,16 @@ impl Survey {
             "grasps",
             "types",
             "cells",
-            "contact regions",
+            "sets of contact regions",
             "families",
             "families with the digits of another object's",
         ];
-        table(&mut text, &head, self.hands.iter().map(HandSurvey::row));
+        let rows = self.hands.iter();
+        table(
+            &mut text,
+            &head,
+            rows.map(|hand| hand.row(objects(self.of_hand(hand)))),
+        );
         for hand in &self.hands {
             self.hand(hand, &mut text);
         }
@@ -64,7 +71,7 @@ impl Survey {
             "\n## {}: {} on {}\n\n",
             hand.hand,
             counted(hand.grasps, "grasp"),
-            counted(hand.populations.len(), "object")
+            counted(objects(self.of_hand(hand)), "object")
         );
         for line in hand.lines() {
             let _ = writeln!(text, "- {line}");
@@ -80,7 +87,7 @@ impl Survey {
             "next known",
             "types",
             "cells",
-            "contact regions",
+            "sets of contact regions",
             "effective types",
             "effective families",
             "usual types that lack",
@@ -165,13 +172,14 @@ impl Survey {
         let mut text = "Families are groups of a landscape: grasps between which the hand passes over low barriers. \"Families \
             unseen\" is a lower bound of what the grasps have not shown (Chao1, with its 95 % interval), and \"next known\" \
             the chance that one more grasp falls into a known family (Good and Turing). Types and cells are those of the GRASP \
-            taxonomy. Contact regions are different sets of digits (and the palm) that are within 2 mm of the object. A usual \
+            taxonomy. Contact regions are the digits (and the palm) that are within 2 mm of the object; a set of them is a kind. A usual \
             type is one that at least half of the other objects have. All of this takes the grasps for independent draws: \
             grasps that were chosen to be spread look more diverse than their source.\n"
             .to_owned();
         let _ = write!(
             text,
-            "\nEffective numbers are Hill numbers of order 1 (each kind weighed by its frequency), expected in a sample of \
+            "\nTypes, cells, sets of contact regions and families are counted as they were observed: more grasps show more of them. \
+             Effective numbers are Hill numbers of order 1 (each kind weighed by its frequency), expected in a sample of \
              {LEAST_MEMBERS} of the grasps that are of some kind. They compare objects with different numbers of grasps, and are \
              not told where fewer were counted.\n"
         );
@@ -195,10 +203,10 @@ impl Survey {
             "family_coverage",
             "types",
             "cells",
-            "contact_regions",
+            "contact_region_sets",
         ];
         let mut head: Vec<String> = head.map(str::to_owned).to_vec();
-        for what in ["types", "families"] {
+        for what in ["types", "families", "contact_region_sets"] {
             head.extend((0..3).map(|order| format!("effective_{what}_{order}")));
         }
         let rows = self.populations.iter().map(|one| {
@@ -229,7 +237,8 @@ impl Survey {
                 .types
                 .as_ref()
                 .map(|types| types.values().copied().collect());
-            for counts in [types, map.map(super::SurveyedMap::sizes)] {
+            let contacts = Some(one.contacts.values().copied().collect());
+            for counts in [types, map.map(super::SurveyedMap::sizes), contacts] {
                 let numbers = counts.and_then(effective);
                 row.extend((0..3).map(|order| known(numbers.map(|numbers| numbers[order]))));
             }
@@ -245,7 +254,7 @@ impl Survey {
             let kinds = [
                 ("type", one.types.as_ref()),
                 ("cell", one.cells.as_ref()),
-                ("contact region", Some(&one.contacts)),
+                ("set of contact regions", Some(&one.contacts)),
             ];
             let kinds = kinds
                 .into_iter()
@@ -277,17 +286,46 @@ impl Survey {
         csv_table(std::iter::once(head.to_vec()).chain(rows))
     }
 
-    /// The survey as JSON.
+    /// The survey as JSON, with all that the summary tells.
     pub fn to_json(&self) -> Value {
         let mut value = crate::study::json(self);
         value["made_by"] = json!(MAKER);
+        value["objects"] = json!(objects(&self.populations));
+        for (place, one) in self.populations.iter().enumerate() {
+            let map = one.map.as_ref();
+            let types = one.types.as_ref();
+            value["populations"][place]["effective"] = json!({
+                "types": types.and_then(|types| effective(types.values().copied())),
+                "families": map.and_then(|map| effective(map.sizes())),
+                "contacts": effective(one.contacts.values().copied()),
+            });
+            value["populations"][place]["completeness"] = json!(one.completeness());
+        }
+        for (place, hand) in self.hands.iter().enumerate() {
+            let told = &mut value["hands"][place];
+            told["objects"] = json!(objects(self.of_hand(hand)));
+            told["shared_families"] = json!(hand.shared_families());
+            let complete = |counts: &KindCounts| json!(completeness(counts));
+            told["completeness"] = json!({
+                "types": hand.types.as_ref().map(complete),
+                "contacts": complete(&hand.contacts),
+            });
+        }
         value
     }
 }
 
+/// Number of different objects, each size by itself.
+fn objects<'a>(populations: impl IntoIterator<Item = &'a SurveyedPopulation>) -> usize {
+    let labels = populations
+        .into_iter()
+        .map(SurveyedPopulation::object_label);
+    labels.collect::<BTreeSet<String>>().len()
+}
+
 impl HandSurvey {
     /// The numbers of the hand, for the table of all hands.
-    fn row(&self) -> Vec<String> {
+    fn row(&self, objects: usize) -> Vec<String> {
         let known = |counts: &Option<KindCounts>, all: usize| {
             let counts = counts.as_ref();
             counts.map_or_else(
@@ -303,7 +341,7 @@ impl HandSurvey {
         });
         vec![
             self.hand.clone(),
-            self.populations.len().to_string(),
+            objects.to_string(),
             self.grasps.to_string(),
             known(&self.types, taxonomy.types.len()),
             known(&self.cells, taxonomy.cells().len()),
@@ -322,7 +360,7 @@ impl HandSurvey {
                     "types of the taxonomy: {} of {}{}",
                     types.len(),
                     all.len(),
-                    completeness(types, "type")
+                    unseen(types, "type")
                 ));
                 lines.push(format!(
                     "cells of the taxonomy: {} of {}",
@@ -341,9 +379,9 @@ impl HandSurvey {
             _ => lines.push("the taxonomy does not apply to this hand".to_owned()),
         }
         lines.push(format!(
-            "contact regions: {}{}",
+            "sets of contact regions: {} observed{}",
             self.contacts.len(),
-            completeness(&self.contacts, "contact region")
+            unseen(&self.contacts, "set of contact regions")
         ));
         let [shared, families] = self.shared_families();
         if families > 0 {
@@ -370,10 +408,15 @@ impl HandSurvey {
     }
 }
 
-/// The completeness of pooled kinds, as the end of a sentence.
-fn completeness(counts: &KindCounts, kind: &str) -> String {
+/// The completeness of pooled kinds.
+fn completeness(counts: &KindCounts) -> Option<Completeness> {
     let sizes: Vec<usize> = counts.values().copied().collect();
-    let Some(told) = Rarefaction::new(&sizes, 2).estimate else {
+    Rarefaction::new(&sizes, 2).estimate
+}
+
+/// The completeness of pooled kinds, as the end of a sentence.
+fn unseen(counts: &KindCounts, kind: &str) -> String {
+    let Some(told) = completeness(counts) else {
         return String::new();
     };
     let [low, high] = told.unseen_interval;

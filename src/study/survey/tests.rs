@@ -1,6 +1,8 @@
 //! Planted data sets.
 
 use super::*;
+use serde_json::json;
+
 use crate::figure::testing::{assert_legible, gallery};
 
 fn counts(kinds: &[(&str, usize)]) -> KindCounts {
@@ -146,7 +148,8 @@ fn texts_and_tables_have_every_population() {
     let survey = Survey::new(planted().populations, vec![failure]);
     let text = survey.markdown();
     for words in [
-        "# Survey of 175 grasps: 2 hands on 4 populations",
+        "# Survey of 175 grasps: 2 hands on 3 objects",
+        "sets of contact regions: 3 observed; about 0 more unseen",
         "| left | 3 | 140 | 4 of 33 | 1 of 17 | 3 | 6 | 5 |",
         "types of the taxonomy: 4 of 33",
         "families: 6 on all objects; 5 of them (83 %)",
@@ -162,6 +165,39 @@ fn texts_and_tables_have_every_population() {
         lines(survey.kinds_csv()),
         1 + (2 + 1 + 2 + 2) + (3 + 1 + 2 + 3) + 4 + 4
     );
+}
+
+/// The document tells what the summary tells.
+#[test]
+fn the_document_has_the_numbers_of_the_summary() {
+    let survey = planted();
+    let told = survey.to_json();
+    assert_eq!(told["objects"], 3);
+    assert_eq!(told["hands"][0]["objects"], 3);
+    assert_eq!(told["hands"][0]["shared_families"], json!([5, 6]));
+    assert_eq!(
+        told["hands"][0]["completeness"]["contacts"]["coverage"],
+        1.0
+    );
+    let one = &told["populations"][0];
+    // Simpson's closed form of 30 and 10 grasps at 30.
+    let pairs = (30.0 * 29.0 + 10.0 * 9.0) / (40.0 * 39.0);
+    let expected = 1.0 / (1.0 / 30.0 + 29.0 / 30.0 * pairs);
+    for of in ["types", "contacts", "families"] {
+        let found = one["effective"][of][2].as_f64().unwrap();
+        assert!((found - expected).abs() < 1e-9, "{of}: {found}");
+    }
+    assert_eq!(one["completeness"]["unseen"], 0.0);
+    let table = String::from_utf8(survey.populations_csv()).unwrap();
+    let head = table.lines().next().unwrap();
+    assert!(head.ends_with(",contact_region_sets,effective_types_0,effective_types_1,effective_types_2,effective_families_0,\
+        effective_families_1,effective_families_2,effective_contact_region_sets_0,effective_contact_region_sets_1,\
+        effective_contact_region_sets_2"), "{head}");
+    // Two sizes of one object are two.
+    let mut populations = planted().populations;
+    populations[3].scale = 2.0;
+    let text = Survey::new(populations, Vec::new()).markdown();
+    assert!(text.contains("2 hands on 4 objects"), "{text}");
 }
 
 #[test]
