@@ -43,9 +43,9 @@ Examples:
 Compares landscapes of one hand, or of one surface, made at different temperatures, with different weights or on
 different objects. The tables show which minima correspond (the nearest ones within the distance at which two minima are
 merged, or within --within), whose energies changed, which merges of the first landscape moved and by how much, and
-which minima only one of the two has. A minimum without a match that has a neighbour of equal energy in the other landscape,
-within five times that distance, is listed beside it: both may be ends of one flat valley, which searches of other grasps
-meet at other points. The cophenetic distance and correlation of the two trees compare the heights between
+which minima only one of the two has. A minimum without a match that has a neighbour of equal energy in the other
+landscape, within five times that distance, is listed beside it: both may be ends of one flat valley, which descents from
+other grasps meet at other points. The cophenetic distance and correlation of the two trees compare the heights between
 all pairs. A note warns if the groups of the two landscapes were made at different levels.";
 
 /// Greatest number of rows of a table in the text.
@@ -265,9 +265,11 @@ fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> Stri
     lines.extend(levels(before, after).map(|note| format!("- note: {note}")));
     if found.matches.is_empty() {
         lines.push(
-            "- there is nothing to compare: no two minima correspond (--within LENGTH says how near they must be)\n"
+            "- there is nothing to compare: no two minima correspond (--within LENGTH says how near they must be)"
                 .to_owned(),
         );
+        lines.extend(possible(found, (reach, &length)));
+        lines.push(String::new());
         return lines.join("\n");
     }
     lines.extend(heights(&found.likeness, digits));
