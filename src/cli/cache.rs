@@ -66,12 +66,12 @@ fn show(cache: &Cache, common: &Common) -> anyhow::Result<()> {
         text,
         "holds     {}, {}",
         told(&files),
-        megabytes(size(&files))
+        told_size(size(&files))
     );
     let _ = writeln!(
         text,
         "at most   {}; beyond that, what was used longest ago is removed",
-        megabytes(cache.most_bytes)
+        told_size(cache.most_bytes)
     );
     print(&text);
     Ok(())
@@ -96,7 +96,7 @@ fn clear(cache: &Cache, common: &Common) -> anyhow::Result<()> {
         format!(
             "Removed {}, {}, from {named}\n",
             told(&removed),
-            megabytes(size(&removed))
+            told_size(size(&removed))
         )
     });
     Ok(())
@@ -118,6 +118,10 @@ fn size(files: &[Kept]) -> u64 {
     files.iter().map(|file| file.bytes).sum()
 }
 
-fn megabytes(bytes: u64) -> String {
-    format!("{:.1} MB", bytes as f64 / 1e6)
+fn told_size(bytes: u64) -> String {
+    if bytes < 1_000_000_000 {
+        format!("{:.1} MB", bytes as f64 / 1e6)
+    } else {
+        format!("{:.1} GB", bytes as f64 / 1e9)
+    }
 }

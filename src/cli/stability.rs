@@ -218,7 +218,8 @@ fn fitted(fit: &Fit) -> String {
         } else {
             "too little"
         };
-        parts.push(format!("{percent:.1} % {amount} volume"));
+        let decimals = usize::from(percent < 10.0);
+        parts.push(format!("{percent:.decimals$} % {amount} volume"));
     }
     parts.push(match millimetres(fit.filled_m) {
         filled if filled > 0.0 => format!("hollows filled by up to {filled:.1} mm"),
@@ -267,7 +268,7 @@ mod tests {
         };
         assert_eq!(
             fitted(&fit(0.1183, 3.09e-3, 1e-6)),
-            "simulated as 43 convex pieces: 11.8 % too much volume, hollows filled by up to 3.1 mm, nothing cut off"
+            "simulated as 43 convex pieces: 12 % too much volume, hollows filled by up to 3.1 mm, nothing cut off"
         );
         assert_eq!(
             fitted(&fit(-0.0002, 0.0, 2.26e-3)),

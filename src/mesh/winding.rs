@@ -26,6 +26,8 @@ pub(super) struct Winding {
     triangles: Vec<[Vector3<f64>; 3]>,
     /// Nodes in depth-first order: the left child of a node follows it directly.
     nodes: Vec<Node>,
+    /// The disc about each node, apart from the rest so that a search reads little memory.
+    slabs: Vec<Slab>,
 }
 
 #[derive(Debug, Clone)]
@@ -36,7 +38,6 @@ struct Node {
     dipole: Vector3<f64>,
     /// Sum over triangles of (middle − centre) ⊗ area times normal.
     moment: Matrix3<f64>,
-    slab: Slab,
     content: Content,
 }
 
@@ -47,50 +48,64 @@ struct Node {
 /// nearest point.
 #[derive(Debug, Clone)]
 struct Slab {
+    centre: Vector3<f64>,
     /// Unit normal of the disc.
     normal: Vector3<f64>,
-    /// Lowest and highest height over the centre of the node along the normal.
-    low: f64,
-    high: f64,
-    /// Radius about the normal through the centre.
+    /// Half of its thickness.
+    half: f64,
     radius: f64,
 }
 
 impl Slab {
+    /// The disc about `corners` whose axis passes through `centre`.
     fn about(
         centre: &Vector3<f64>,
         normal: &Vector3<f64>,
         corners: impl Iterator<Item = Vector3<f64>>,
     ) -> Self {
         let normal = normal.try_normalize(0.0).unwrap_or_else(Vector3::z);
-        let empty = Self {
-            normal,
-            low: f64::INFINITY,
-            high: f64::NEG_INFINITY,
-            radius: 0.0,
-        };
-        corners.fold(empty, |slab, corner| {
+        let (mut low, mut high, mut radius) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
+        for corner in corners {
             let arm = corner - centre;
             let height = arm.dot(&normal);
-            Self {
-                normal,
-                low: slab.low.min(height),
-                high: slab.high.max(height),
-                radius: slab.radius.max((arm - normal * height).norm()),
-            }
-        })
+            low = low.min(height);
+            high = high.max(height);
+            radius = radius.max((arm - normal * height).norm());
+        }
+        Self {
+            centre: centre + normal * f64::midpoint(low, high),
+            normal,
+            half: (high - low) / 2.0,
+            radius,
+        }
     }
 
-    /// Distance of a point from the disc; `arm` leads from the centre to the point.
-    fn distance(&self, arm: &Vector3<f64>) -> f64 {
+    /// Square of the distance of a point.
+    #[inline]
+    fn squared_distance(&self, point: &Vector3<f64>) -> f64 {
+        let arm = point - self.centre;
         let height = arm.dot(&self.normal);
-        let over = (height - self.high).max(self.low - height).max(0.0);
-        let beside = (arm - self.normal * height).norm() - self.radius;
-        if beside > 0.0 {
-            (over * over + beside * beside).sqrt()
-        } else {
-            over
-        }
+        let over = (height.abs() - self.half).max(0.0);
+        let beside = ((arm - self.normal * height).norm() - self.radius).max(0.0);
+        over * over + beside * beside
+    }
+}
+
+/// A search for the nearest triangle.
+struct Search<'a> {
+    point: &'a Vector3<f64>,
+    /// Rounding error of bounds.
+    slack: f64,
+    /// The least distance so far.
+    best: f64,
+    /// A node is searched if the square of its bound is below this.
+    limit: f64,
+}
+
+impl Search<'_> {
+    fn shorten(&mut self, best: f64) {
+        self.best = best;
+        self.limit = (best + self.slack).powi(2);
     }
 }
 
@@ -106,6 +121,7 @@ impl Winding {
         let mut winding = Self {
             triangles: triangles.iter().map(corners).collect(),
             nodes: Vec::with_capacity(triangles.len() / 2 + 1),
+            slabs: Vec::with_capacity(triangles.len() / 2 + 1),
         };
         let mut order: Vec<usize> = (0..triangles.len()).collect();
         let middles: Vec<Vector3<f64>> = winding
@@ -126,7 +142,11 @@ impl Winding {
     /// Adds the node of the triangles in `order`, the first of which has number `first`, and all nodes below it.
     fn split(&mut self, order: &mut [usize], first: usize, middles: &[Vector3<f64>]) {
         let here = self.nodes.len();
-        self.nodes.push(self.node(order, first));
+        let node = self.node(order, first);
+        let corners = order.iter().flat_map(|&index| self.triangles[index]);
+        self.slabs
+            .push(Slab::about(&node.centre, &node.dipole, corners));
+        self.nodes.push(node);
         if order.len() <= LEAF {
             return;
         }
@@ -165,11 +185,10 @@ impl Winding {
         }
         centre /= total;
         moment -= centre * dipole.transpose();
-        let corners = || order.iter().flat_map(|&index| self.triangles[index]);
+        let corners = order.iter().flat_map(|&index| self.triangles[index]);
         Node {
             centre,
-            radius: corners().map(|v| (v - centre).norm()).fold(0.0, f64::max),
-            slab: Slab::about(&centre, &dipole, corners()),
+            radius: corners.map(|v| (v - centre).norm()).fold(0.0, f64::max),
             dipole,
             moment,
             content: Content::Leaf {
@@ -198,59 +217,53 @@ impl Winding {
         self.nodes.first().is_some_and(near)
     }
 
-    /// Distance of `point` from the nearest triangle, and the number of this triangle in the tree, if it is less than
-    /// `reach`.
-    pub(super) fn nearest_within(&self, point: &Vector3<f64>, reach: f64) -> Option<(f64, usize)> {
+    /// Distance of `point` from the nearest triangle if it is less than `reach`.
+    pub(super) fn gap_within(&self, point: &Vector3<f64>, reach: f64) -> Option<f64> {
         /// Rounding error of the distance from a disc, as a share of the numbers that it is computed from.
         const ROUNDING: f64 = 1e-14;
         let all = self.nodes.first()?;
         let scale = point.abs().max() + all.centre.abs().max() + all.radius;
-        let mut best = (reach, None);
-        self.search(0, point, scale * ROUNDING, &mut best);
-        Some((best.0, best.1?))
+        let mut search = Search {
+            point,
+            slack: scale * ROUNDING,
+            best: reach,
+            limit: 0.0,
+        };
+        search.shorten(reach);
+        self.search(0, &mut search);
+        (search.best < reach).then_some(search.best)
     }
 
-    /// Looks for a triangle of a node that is nearer than the best. `slack` is the rounding error of bounds.
-    fn search(
-        &self,
-        node: usize,
-        point: &Vector3<f64>,
-        slack: f64,
-        best: &mut (f64, Option<usize>),
-    ) {
+    /// Looks for a triangle of a node that is nearer than the best.
+    fn search(&self, node: usize, search: &mut Search<'_>) {
         match self.nodes[node].content {
             Content::Leaf { first, end } => {
-                for triangle in first..end {
-                    let distance = self.distance_to(triangle, point);
-                    if distance < best.0 {
-                        *best = (distance, Some(triangle));
+                for triangle @ [a, b, c] in &self.triangles[first..end] {
+                    let below = a.inf(b).inf(c) - search.point;
+                    let above = search.point - a.sup(b).sup(c);
+                    let apart = below.sup(&above).sup(&Vector3::zeros());
+                    if apart.norm_squared() >= search.limit {
+                        continue;
+                    }
+                    let distance = distance_to(triangle, search.point);
+                    if distance < search.best {
+                        search.shorten(distance);
                     }
                 }
             }
             Content::Inner { right } => {
-                let bound = |node: usize| {
-                    let Node { centre, slab, .. } = &self.nodes[node];
-                    (slab.distance(&(point - centre)) - slack, node)
-                };
+                let bound = |node: usize| (self.slabs[node].squared_distance(search.point), node);
                 let (mut near, mut far) = (bound(node + 1), bound(right));
                 if far.0 < near.0 {
                     std::mem::swap(&mut near, &mut far);
                 }
                 for (bound, node) in [near, far] {
-                    if bound < best.0 {
-                        self.search(node, point, slack, best);
+                    if bound < search.limit {
+                        self.search(node, search);
                     }
                 }
             }
         }
-    }
-
-    /// Distance of `point` from a triangle of the tree.
-    pub(super) fn distance_to(&self, triangle: usize, point: &Vector3<f64>) -> f64 {
-        let [a, b, c] = self.triangles[triangle].map(|corner| to_parry(&corner));
-        let query = to_parry(point);
-        let projection = Triangle::new(a, b, c).project_local_point(query, false);
-        (projection.point - query).length()
     }
 
     /// Lowest and highest corner of a box about that ball.
@@ -287,6 +300,14 @@ impl Winding {
     }
 }
 
+/// Distance of a point from a triangle.
+fn distance_to(triangle: &[Vector3<f64>; 3], point: &Vector3<f64>) -> f64 {
+    let [a, b, c] = triangle.map(|corner| to_parry(&corner));
+    let query = to_parry(point);
+    let projection = Triangle::new(a, b, c).project_local_point(query, false);
+    (projection.point - query).length()
+}
+
 /// Solid angle of a triangle, positive seen from behind (van Oosterom and Strackee 1983).
 fn solid_angle(triangle: &[Vector3<f64>; 3], point: &Vector3<f64>) -> f64 {
     let [a, b, c] = triangle.map(|corner| corner - point);
@@ -299,6 +320,7 @@ fn solid_angle(triangle: &[Vector3<f64>; 3], point: &Vector3<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::ExactMesh;
     use crate::object::Object;
     use crate::sample::{Task, stream};
     use rand::RngExt;
@@ -348,23 +370,24 @@ mod tests {
     fn the_nearest_triangle_is_that_of_a_search_of_all() {
         let (mug, _) = Object::parts_of_named("mug").unwrap();
         let tree = Winding::new(mug.vertices(), mug.triangles());
+        let exact = ExactMesh::new(&mug);
         let mut rng = stream(4, Task::Start, 0);
         for round in 0..600 {
             // On the surface, near it, inside, and metres away.
             let width = [0.0, 0.02, 0.3, 4.0][round % 4];
             let vertex = mug.vertices()[round % mug.vertices().len()];
             let point = vertex + Vector3::from_fn(|_, _| width * rng.random_range(-0.5..0.5));
-            let all = (0..tree.triangles.len()).map(|triangle| tree.distance_to(triangle, &point));
+            let all = tree
+                .triangles
+                .iter()
+                .map(|triangle| distance_to(triangle, &point));
             let least = all.fold(f64::INFINITY, f64::min);
-            let (found, triangle) = tree.nearest_within(&point, f64::MAX).unwrap();
+            let found = tree.gap_within(&point, f64::MAX).unwrap();
             assert_eq!(found.to_bits(), least.to_bits(), "{point}");
-            assert_eq!(
-                tree.distance_to(triangle, &point).to_bits(),
-                found.to_bits()
-            );
-            assert_eq!(tree.nearest_within(&point, least), None);
-            let just = tree.nearest_within(&point, least * (1.0 + 1e-9) + 1e-12);
-            assert_eq!(just.map(|(distance, _)| distance), Some(found));
+            assert_eq!(found.to_bits(), exact.gap(&point).to_bits(), "{point}");
+            assert_eq!(tree.gap_within(&point, least), None);
+            let just = tree.gap_within(&point, least * (1.0 + 1e-9) + 1e-12);
+            assert_eq!(just, Some(found));
         }
     }
 }

@@ -370,28 +370,23 @@ pub(super) fn errors(field: &dyn Shape, cell_m: f64, mesh: &Mesh, exact: &ExactM
     (apart.map_or(0.0, |worst| worst.1), anywhere)
 }
 
-/// Exact distances at nodes along z. The last distance and the distance of the last nearest triangle bound the next, which
-/// saves most of the search. If the last distance is longer than the step, the surface does not pass between the two nodes,
-/// so both are on the same side.
+/// Exact distances at nodes along z. The last distance bounds the next, which saves most of the search. If it is longer
+/// than the step, the surface does not pass between the two nodes, so both are on the same side.
 fn sample_row(exact: &ExactMesh, cell_m: f64, start: &Vector3<f64>, row: &mut [f64]) {
-    /// Covers rounding: a bound must be longer than the distance that is searched for.
-    const LOOSE: f64 = 1.0 + 1e-9;
     let step_m = cell_m * 1.001;
-    let mut last: Option<(f64, usize)> = None;
+    let mut last: Option<f64> = None;
     for (k, value) in row.iter_mut().enumerate() {
         let point = start + Vector3::z() * (k as f64 * cell_m);
-        let reach_m = last.map_or(f64::MAX, |(last, face)| {
-            (last.abs() + step_m).min(exact.gap_to_face(&point, face) * LOOSE)
-        });
-        let (gap_m, face) = (exact.face_within(&point, reach_m))
-            .or_else(|| exact.face_within(&point, f64::MAX))
-            .expect("a finite point has a nearest point on a mesh");
+        let reach_m = last.map_or(f64::MAX, |last| last.abs() + step_m);
+        let gap_m = exact
+            .gap_within(&point, reach_m)
+            .unwrap_or_else(|| exact.gap(&point));
         let inside = match last {
-            Some((last, _)) if last.abs() > step_m => last < 0.0,
+            Some(last) if last.abs() > step_m => last < 0.0,
             _ => exact.surrounds(&point),
         };
         *value = if inside { -gap_m } else { gap_m };
-        last = Some((*value, face));
+        last = Some(*value);
     }
 }
 

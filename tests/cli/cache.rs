@@ -108,7 +108,7 @@ fn an_object_is_cut_once_and_the_cache_is_shown_and_emptied() {
     assert!(shown["bytes"].as_u64().unwrap() < shown["most_bytes"].as_u64().unwrap());
     assert_says(
         &kept.run("cache").0,
-        &["1 field and 1 cut object", "at most   1000.0 MB"],
+        &["1 field and 1 cut object", "at most   1.0 GB"],
     );
     let removed = kept.json("cache clear");
     assert_eq!(removed["removed_files"], 2);
