@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Context;
 
 use super::args::{Common, HandAndObject, within};
-use crate::cli::printing::{complain, explain};
+use crate::cli::printing::{complain, explain, is_new_warning};
 use crate::hand::{HAND_NAMES, HandFiles};
 use crate::limits::OBJECT_SCALE;
 use crate::printable::counted;
@@ -172,7 +172,10 @@ pub(super) fn open_landscape(folder: &Path) -> anyhow::Result<LandscapeFiles> {
     Ok(files)
 }
 
+/// Writes warnings, each once in a command: several files may have the same hand.
 pub(super) fn warn(warnings: &[String]) {
+    let new = warnings.iter().filter(|warning| is_new_warning(warning));
+    let warnings: Vec<&String> = new.collect();
     for warning in warnings.iter().take(5) {
         complain(&format!("warning: {warning}"));
     }

@@ -1,5 +1,6 @@
 //! What the command line prints: texts to standard output, lines for the person at the terminal to standard error.
 
+use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -61,8 +62,20 @@ static AS_JSON: AtomicBool = AtomicBool::new(false);
 /// Whether standard error also says what is done, and why (`--verbose`).
 static VERBOSE: AtomicBool = AtomicBool::new(false);
 
+/// Warnings of the present command, each of which is written once.
+static WARNINGS: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+
+/// Whether the present command did not give this warning before.
+pub(super) fn is_new_warning(warning: &str) -> bool {
+    let mut given = WARNINGS.lock().unwrap_or_else(PoisonError::into_inner);
+    given.insert(warning.to_owned())
+}
+
 /// Sets what is printed by the command that begins.
 pub(super) fn begin(common: &Common) {
+    let mut given = WARNINGS.lock().unwrap_or_else(PoisonError::into_inner);
+    given.clear();
+    drop(given);
     AS_JSON.store(common.json, Ordering::Relaxed);
     VERBOSE.store(common.verbose, Ordering::Relaxed);
     LOG_AS_JSON.store(common.log_format == LogFormat::Json, Ordering::Relaxed);

@@ -267,9 +267,9 @@ fn counted<'a>(model: &'a Model, side: &SideFile) -> (Vec<Vec<&'a Part>>, Vec<St
     (parts, notes)
 }
 
-/// `links "a" and "b" have`, with at most eight names.
+/// `links "a" and "b" have`, with at most five names.
 fn having(names: &[&str]) -> String {
-    const MOST: usize = 8;
+    const MOST: usize = 5;
     let quoted: Vec<String> = names
         .iter()
         .take(MOST)

@@ -1,7 +1,5 @@
 //! The form of a URDF document: what `urdf-rs` needs, checked before it reads, so that errors name file and line.
 
-use std::path::Path;
-
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::HandError;
@@ -177,21 +175,10 @@ pub(super) fn check(name: &str, text: &str) -> Result<String, HandError> {
         nodes_limit: 10_000_000,
         ..ParsingOptions::default()
     };
-    let xacro = || {
-        let result = Path::new(name).with_extension("urdf");
-        let result = result.display();
-        HandError::OtherFormat {
-            file: name.to_owned(),
-            format: "xacro",
-            remedy: format!(
-                "expand its macros first (`xacro {name} > {result}`), and give {result}"
-            ),
-        }
-    };
     let document = Document::parse_with_options(text, options).map_err(|error| {
         // The prefix of macros may be undeclared.
         if text.contains("<xacro:") {
-            return xacro();
+            return xacro(name);
         }
         HandError::Element {
             place: format!("{name}, line {}", error.pos().row),
@@ -211,7 +198,7 @@ pub(super) fn check(name: &str, text: &str) -> Result<String, HandError> {
     };
     let root = document.root_element();
     match root.tag_name().name() {
-        "robot" if root.descendants().any(|node| is_macro(&node)) => Err(xacro()),
+        "robot" if root.descendants().any(|node| is_macro(&node)) => Err(xacro(name)),
         "robot" => {
             form.robot(root)?;
             Ok(with_velocities(text, root))
@@ -225,6 +212,21 @@ pub(super) fn check(name: &str, text: &str) -> Result<String, HandError> {
             root,
             format!("the root element is <{other}>, but that of URDF is <robot> and that of MJCF <mujoco>"),
         )),
+    }
+}
+
+/// The error of a file whose macros are not expanded: `hand.xacro` or `hand.urdf.xacro`, or macros in `hand.urdf`.
+fn xacro(name: &str) -> HandError {
+    let stem = name.strip_suffix(".xacro").unwrap_or(name);
+    let result = match stem.strip_suffix(".urdf") {
+        Some(stem) if name == format!("{stem}.urdf") => format!("{stem}_expanded.urdf"),
+        Some(_) => stem.to_owned(),
+        None => format!("{stem}.urdf"),
+    };
+    HandError::OtherFormat {
+        file: name.to_owned(),
+        format: "xacro",
+        remedy: format!("expand its macros first (`xacro {name} > {result}`), and give {result}"),
     }
 }
 

@@ -22,8 +22,7 @@ fn every_command_tells_the_notes_of_its_hand_once() {
     let desk = Desk::empty();
     fs::write(desk.path("jaws.urdf"), JAWS).unwrap();
     fs::create_dir(desk.path("set")).unwrap();
-    let synth =
-        "synth --hand jaws.urdf --object ball --preset four_points -n 2 --steps 20 --keep all --drop 0 -o";
+    let synth = "synth --hand jaws.urdf --object ball --preset four_points -n 2 --steps 20 --keep all --drop 0 -o";
     for line in [
         format!("{synth} set/one.parquet"),
         format!("{synth} set/two.parquet --seed 2"),

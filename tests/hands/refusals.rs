@@ -256,7 +256,7 @@ fn what_is_missing_or_unreadable_is_named_with_its_line() {
             "<link name=\"a\">",
             "<xacro:finger prefix=\"left\"/><link name=\"a\">",
             "claw.urdf: xacro is not read",
-            "xacro claw.urdf > claw.urdf",
+            "`xacro claw.urdf > claw_expanded.urdf`",
         ),
         (
             GOOD,
@@ -305,9 +305,9 @@ fn other_formats_are_named() {
             "`xacro hand.xacro > hand.urdf`",
         ),
         (
-            "undeclared.xacro",
+            "undeclared.urdf.xacro",
             "<robot><xacro:finger/></robot>",
-            "xacro is not read",
+            "`xacro undeclared.urdf.xacro > undeclared.urdf`",
         ),
         ("hand.urdf", POINTER, "git lfs pull"),
     ] {

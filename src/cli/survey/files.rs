@@ -1,6 +1,6 @@
 //! The files of a data set, and the populations in them.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
@@ -46,8 +46,8 @@ pub(super) struct Plan {
     pub(super) failures: Vec<SurveyFailure>,
     /// Populations that are left out because another file holds the same grasps.
     pub(super) repeated: Vec<String>,
-    /// What was noted when the descriptions of the hands were read, once for all files.
-    pub(super) noted: BTreeSet<String>,
+    /// What was noted when the descriptions of the hands were read.
+    pub(super) noted: Vec<String>,
 }
 
 /// All files of grasps that the arguments name. Folders are searched for files with the ending `.parquet`.

@@ -127,7 +127,7 @@ pub(super) fn run(command: &Survey, common: &Common) -> anyhow::Result<()> {
     let told = plan.repeated.iter().filter(|_| !common.quiet);
     told.for_each(|repeated| complain(&format!("note: {repeated}")));
     if !common.quiet {
-        input::warn(&plan.noted.iter().cloned().collect::<Vec<_>>());
+        input::warn(&plan.noted);
     }
     let _made = make_folder(&output.join(LANDSCAPES))?;
 
