@@ -55,7 +55,7 @@ impl Object {
         }
         let place = name_or_file.clone();
         let read = move || {
-            let (mut metadata, notes) = study::object_metadata(&name_or_file, scale)?;
+            let (mut metadata, notes) = study::object_metadata(&name_or_file, scale, None)?;
             if let Some(name) = name {
                 study::rename_object(&mut metadata, &name)?;
             }

@@ -284,7 +284,7 @@ fn mend(
     });
     let sheets = cells.one_layer(vertices, triangles, |role| role == Role::Sheet);
     let count = |test: &dyn Fn(usize) -> bool| (0..triangles.len()).filter(|&t| test(t)).count();
-    let walls_inside = count(&|face| cells.roles[face] == Role::Wall);
+    let mut walls_inside = count(&|face| cells.roles[face] == Role::Wall);
     let hidden = count(&|face| {
         !kept[face] && cells.is_boundary(face) || !sheets[face] && cells.roles[face] == Role::Sheet
     });
@@ -302,9 +302,16 @@ fn mend(
     }
     closing.report(&faces, repairs);
     let mut solid = pieces.joined(vertices);
-    let scraps: Vec<usize> = (0..triangles.len())
+    let mut scraps: Vec<usize> = (0..triangles.len())
         .filter(|&face| sheets[face] || thin.contains(&cells.parts[face]))
         .collect();
+    if !scraps.is_empty() && !solid.triangles.is_empty() {
+        let inside = Winding::new(&solid.vertices, &solid.triangles);
+        let count = scraps.len();
+        scraps
+            .retain(|&face| !lies_inside(&triangles[face].map(|v| vertices[v as usize]), &inside));
+        walls_inside += count - scraps.len();
+    }
     let whole: f64 = (0..triangles.len()).map(|face| faces.area(face)).sum();
     let share = scraps.iter().map(|&face| faces.area(face)).sum::<f64>() / whole;
     if let Some(thickness) = thickness {
@@ -355,6 +362,13 @@ fn mend(
         }
         error => error,
     })
+}
+
+/// Whether a triangle lies in a solid, except perhaps for its corners.
+fn lies_inside(corners: &[Vector3<f64>; 3], solid: &Winding) -> bool {
+    let middle = corners.iter().sum::<Vector3<f64>>() / 3.0;
+    let near = |corner: &Vector3<f64>| middle.lerp(corner, 0.95);
+    solid.surrounds(&middle) && corners.iter().all(|corner| solid.surrounds(&near(corner)))
 }
 
 /// A closed piece of the surface. Its triangles face outward unless it is the wall of a cavity.

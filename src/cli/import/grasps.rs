@@ -43,7 +43,7 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     let output = output(command, common)?;
     let mapping = mapping(command.mapping.as_deref())?;
     let hand = input::hand(hand, command.hand_folder.as_deref(), command.mirror)?;
-    let (mut object, notes) = input::object(object, command.scale)?;
+    let (mut object, notes) = input::object(object, command.scale, command.thickness)?;
     input::rename(&mut object, command.name.as_deref())?;
     let settings = GraspImportSettings {
         hand,
