@@ -115,13 +115,14 @@ impl Mesh {
             union: None,
         };
         mesh.drop_degenerate();
-        if !mesh.seams().close() {
+        let mut seams = mesh.seams();
+        if !seams.close() {
             mesh.merge_coincident();
+            seams = mesh.seams();
         }
         if mesh.triangles.is_empty() {
             return Err(MeshError::NoTriangles(name()));
         }
-        let seams = mesh.seams();
         if seams.open > 0 {
             return Err(MeshError::Open {
                 name: name(),

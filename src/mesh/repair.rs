@@ -448,7 +448,7 @@ impl Pieces {
     /// with little space between.
     fn drop_films(&mut self, faces: &Faces, cells: &Cells) -> Vec<usize> {
         /// Mean thickness, as a share of the square root of the area.
-        const FILM: f64 = 1e-3;
+        const FILM: f64 = 2e-4;
         let mut parts: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
         for face in (0..faces.triangles.len()).filter(|&face| cells.is_boundary(face)) {
             parts.entry(cells.parts[face]).or_default()[0] += faces.area(face);
