@@ -446,7 +446,7 @@ impl Pieces {
 
     /// Drops the pieces of parts whose mean thickness is almost nothing, and returns these parts: sheets that are there twice
     /// with little space between.
-    fn drop_films(&mut self, faces: &Faces, cells: &Cells) -> Vec<usize> {
+    fn drop_films(&mut self, faces: &Faces, cells: &Cells) -> BTreeSet<usize> {
         /// Mean thickness, as a share of the square root of the area.
         const FILM: f64 = 2e-4;
         let mut parts: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
@@ -459,7 +459,7 @@ impl Pieces {
         let thin = parts
             .into_iter()
             .filter(|(_, [area, volume])| 2.0 * volume < FILM * area * area.sqrt());
-        let thin: Vec<usize> = thin.map(|(part, _)| part).collect();
+        let thin: BTreeSet<usize> = thin.map(|(part, _)| part).collect();
         self.0.retain(|piece| !thin.contains(&piece.part));
         thin
     }
