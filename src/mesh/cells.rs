@@ -114,7 +114,8 @@ fn groups(vertices: &[Vector3<f64>], at: &[([u32; 2], u32, Blade)]) -> Vec<Vec<B
         }
         before = *angle;
     }
-    if groups.len() > 1 && before > TAU - FLUSH_RAD {
+    // Rounding may have put a triangle of the first group at the end of the turn.
+    if groups.len() > 1 && blades[0].0 + TAU - before < FLUSH_RAD {
         let last = groups.pop().unwrap_or_default();
         groups[0].extend(last);
     }
