@@ -1,6 +1,8 @@
 //! Meshes whose faces are there twice, in both directions, on separate corners or with walls inside: their solid has the
 //! volume of the shape that they were made from, or they are refused.
 
+use std::f64::consts::TAU;
+
 use landscape::mesh::{Mesh, Repair, Repaired};
 use landscape::object::Object;
 use landscape::sample::{Rng, Task, stream};
@@ -102,8 +104,27 @@ fn shapes() -> Vec<Shape> {
         halved.vertices.push(Vector3::new(x, y, 0.01));
     }
     halved.polygons.push((first..first + 4).collect());
+    // Polygons of nine corners, which can be divided in many ways.
+    let mut prism = Shape::new("prism");
+    let corner = |place: u32, z: f64| {
+        let (sin, cos) = libm::sincos(TAU * f64::from(place) / 9.0);
+        Vector3::new(0.03 * cos, 0.03 * sin, z)
+    };
+    for z in [0.0, 0.08] {
+        prism.vertices.extend((0..9).map(|place| corner(place, z)));
+    }
+    prism
+        .polygons
+        .extend([(0..9).rev().collect(), (9..18).collect()]);
+    for from in 0..9 {
+        let to = (from + 1) % 9;
+        prism.polygons.push(vec![from, to, to + 9, from + 9]);
+    }
+    prism.volume = 0.08 * 4.5 * 0.03 * 0.03 * libm::sin(TAU / 9.0);
+    prism.filled = prism.volume;
     let mut shapes = vec![
         board("box"),
+        prism,
         sunk,
         table,
         halved,
@@ -115,7 +136,7 @@ fn shapes() -> Vec<Shape> {
     // Off the axes, so that no coordinates are equal by chance.
     let turn = Rotation3::from_axis_angle(&Unit::new_normalize(Vector3::new(1.0, 2.0, 0.5)), 0.7);
     for shape in &mut shapes {
-        if shape.name != "table" {
+        if !["table", "prism"].contains(&shape.name) {
             continue;
         }
         for vertex in &mut shape.vertices {
