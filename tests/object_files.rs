@@ -187,7 +187,7 @@ fn open_surfaces_become_walls_only_if_a_thickness_is_given() {
         &[
             "cup.obj: 1 open surface became a wall",
             "84.0 × 84.0 × 82.0 mm",
-            "128.1 cm³",
+            "127.9 cm³",
         ],
     );
     let said = told(
