@@ -129,7 +129,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn scan(folder: &Path, name: &str) -> Result<(Mesh, Description), ObjectError> {
-    let parts = Object::parts_of_file(&folder.join(name).with_extension("obj"))?;
+    let parts = Object::parts_of_file(&folder.join(name).with_extension("obj"), None)?;
     Ok((parts.mesh, parts.description))
 }
 

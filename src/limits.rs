@@ -80,6 +80,10 @@ limits! {
     OBJECT_SCALE: 1e-6, 1e6, "",
         "meshes are made in units from the micrometre to the kilometre";
 
+    /// Thickness of the walls that open surfaces become.
+    WALL_THICKNESS: 0.1, 100.0, "mm",
+        "walls of objects that hands hold are millimetres thick";
+
     /// Lengths of direction vectors; squares of far smaller and larger ones are zero or infinite.
     DIRECTION: 1e-9, 1e9, "",
         "a direction of length one is needed";
@@ -325,6 +329,7 @@ mod tests {
             OBJECT_SIZE,
             OBJECT_MASS,
             OBJECT_SCALE,
+            WALL_THICKNESS,
             DIRECTION,
             JOINT_DEVIATION,
             SYNERGY_WEIGHT,

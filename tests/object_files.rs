@@ -10,6 +10,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use landscape::mesh::Mesh;
 use landscape::object::Object;
+use landscape::store::{GraspFile, Overrides};
 use serde_json::json;
 
 const DUMBBELL: &str = "\
@@ -149,6 +150,140 @@ fn scales_units_and_repairs_are_told() {
         &desk.mistake("synth --object mm.ply --scale 0"),
         &["--scale 0", "not from 1e-6"],
     );
+}
+
+/// An open cup of eight corners, and a sheet: the edges of a box without its lid, in millimetres.
+fn open_box(faces: &str) -> String {
+    let mut text = String::new();
+    for corner in 0..8 {
+        let side = |bit: i32| if corner >> bit & 1 == 1 { 40 } else { -40 };
+        writeln!(text, "v {} {} {}", side(0), side(1), side(2)).unwrap();
+    }
+    text + faces
+}
+
+const CUP: &str = "f 1 3 4 2\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+
+#[test]
+fn open_surfaces_become_walls_only_if_a_thickness_is_given() {
+    let desk = Desk::empty();
+    fs::write(desk.path("cup.obj"), open_box(CUP)).unwrap();
+    fs::write(desk.path("sheet.obj"), open_box("f 1 3 4 2\n")).unwrap();
+    for verb in ["objects inspect cup.obj", "synth --object cup.obj"] {
+        let said = desk.mistake(&format!("{verb} --scale 0.001"));
+        assert_says(
+            &said,
+            &[
+                "cup.obj is not closed",
+                "% of its surface is missing",
+                "--thickness 2",
+            ],
+        );
+    }
+    // Five walls of 80 × 80 mm, mitred at the edges; at the rim they end as high as the sheet.
+    let said = told(&desk, "objects inspect cup.obj --scale 0.001 --thickness 4");
+    assert_says(
+        &said,
+        &[
+            "cup.obj: 1 open surface became a wall",
+            "84.0 × 84.0 × 82.0 mm",
+            "127.9 cm³",
+        ],
+    );
+    let said = told(
+        &desk,
+        "objects inspect sheet.obj --scale 0.001 --thickness 4",
+    );
+    assert_says(&said, &["80.0 × 80.0 × 4.0 mm", "25.6 cm³"]);
+    told(
+        &desk,
+        "synth --object sheet.obj --scale 0.001 --thickness 4 -n 1 --steps 40 --keep all -o sheet.parquet",
+    );
+    let (file, _) = GraspFile::read(&desk.path("sheet.parquet"), Overrides::default()).unwrap();
+    assert_says(&file.metadata.command, &["--scale 0.001 --thickness 4"]);
+    let object = file.metadata.objects[0]
+        .build(file.grasps[0].scale)
+        .unwrap();
+    assert!((object.mesh.volume() / 25.6e-6 - 1.0).abs() < 1e-6);
+    for (line, words) in [
+        ("synth --object mug --thickness 2", "mug is closed"),
+        (
+            "objects inspect cup.obj --thickness 0",
+            "--thickness 0 is not",
+        ),
+    ] {
+        assert_says(&desk.mistake(line), &[words]);
+    }
+}
+
+#[test]
+fn faces_that_are_there_twice_are_told_and_count_once() {
+    let desk = Desk::empty();
+    let faces = format!("{CUP}f 5 6 8 7\n");
+    // In the opposite direction and along other diagonals.
+    let reversed: String = faces
+        .lines()
+        .map(|line| {
+            let corners: Vec<&str> = line[2..].split(' ').rev().collect();
+            format!("f {}\n", corners.join(" "))
+        })
+        .collect();
+    for (name, faces, note) in [
+        (
+            "twice",
+            faces.clone() + &faces,
+            "12 of 24 faces lie on others",
+        ),
+        (
+            "both",
+            faces.clone() + &reversed,
+            "12 of 24 faces lie on others",
+        ),
+        (
+            "one",
+            faces.clone() + "f 1 3 4\n",
+            "1 of 13 faces is there twice; one was kept",
+        ),
+    ] {
+        fs::write(desk.path(&format!("{name}.obj")), open_box(&faces)).unwrap();
+        let said = told(&desk, &format!("objects inspect {name}.obj --scale 0.001"));
+        assert_says(&said, &[note, "512.0 cm³", "384.0 cm²"]);
+    }
+}
+
+/// Objects of strangers, whose sizes are known.
+#[test]
+fn objects_of_strangers_are_solid_or_refused_with_a_reason() {
+    let Some(data) = std::env::var_os("LANDSCAPE_TEST_DATA") else {
+        crate::skipped::skipped("LANDSCAPE_TEST_DATA is not set");
+        return;
+    };
+    let folder = std::path::Path::new(&data).join("strangers/objects");
+    let read = |name: &str| Mesh::read(&folder.join(name), 1.0);
+    for (name, volume_m3) in [
+        ("table_ds.obj", 221.472e-6),
+        ("cube_duplicated.obj", 216e-6),
+        ("cube_dup1.obj", 216e-6),
+    ] {
+        let made = read(name).unwrap();
+        let share = made.mesh.volume() / volume_m3;
+        assert!(
+            (share - 1.0).abs() < 1e-3,
+            "{name}: {share}, {:?}",
+            made.repairs
+        );
+    }
+    for (name, words) in [
+        ("cup_open.obj", "--thickness 2"),
+        ("sheet.obj", "--thickness 2"),
+        ("lfs_pointer.obj", "git lfs pull"),
+    ] {
+        let said = read(name).unwrap_err().to_string();
+        assert!(said.contains(words), "{said}");
+    }
+    for name in ["cup_open.obj", "sheet.obj"] {
+        Mesh::read_thickened(&folder.join(name), 0.002).unwrap();
+    }
 }
 
 /// A tetrahedron 10 cm high that is valid except for the fields in `changed`.

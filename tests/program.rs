@@ -10,7 +10,9 @@ mod exchange;
 mod folder;
 mod inspect;
 mod labels;
+mod mended_meshes;
 mod object_files;
+mod object_sizes;
 mod pages;
 #[expect(dead_code, reason = "what only `write` calls reads whole landscapes")]
 #[path = "../analysis/paper_claims/claims/mod.rs"]

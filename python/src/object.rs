@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use landscape::limits::OBJECT_SCALE;
+use landscape::limits::{OBJECT_SCALE, WALL_THICKNESS};
 use landscape::store::ObjectMetadata;
 use landscape::study;
 use nalgebra::Vector3;
@@ -49,13 +49,18 @@ impl Object {
         name_or_file: String,
         scale: f64,
         name: Option<String>,
+        thickness_mm: Option<f64>,
     ) -> PyResult<Self> {
         if let Err(beyond) = OBJECT_SCALE.check(scale) {
             return Err(input(py, format!("scale {beyond}")));
         }
+        if let Some(Err(beyond)) = thickness_mm.map(|thickness| WALL_THICKNESS.check(thickness)) {
+            return Err(input(py, format!("thickness_mm {beyond}")));
+        }
+        let thickness_m = thickness_mm.map(|thickness_mm| 1e-3 * thickness_mm);
         let place = name_or_file.clone();
         let read = move || {
-            let (mut metadata, notes) = study::object_metadata(&name_or_file, scale)?;
+            let (mut metadata, notes) = study::object_metadata(&name_or_file, scale, thickness_m)?;
             if let Some(name) = name {
                 study::rename_object(&mut metadata, &name)?;
             }

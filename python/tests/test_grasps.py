@@ -179,3 +179,14 @@ def test_an_object_from_a_mesh_in_memory():
     trimesh = pytest.importorskip("trimesh")
     box = ls.Object.from_trimesh(trimesh.creation.box(extents=[0.04, 0.06, 0.1]), name="box")
     assert box.name == "box" and box.distance([[0, 0, 0], [0.05, 0, 0]]) == pytest.approx([-0.02, 0.03])
+
+
+def test_an_open_surface_becomes_a_wall_with_a_thickness():
+    corners = [[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0]]
+    triangles = [[0, 1, 2], [0, 2, 3]]
+    with pytest.raises(ls.InputError, match="is not closed"):
+        ls.Object.from_mesh(corners, triangles)
+    sheet = ls.Object.from_mesh(corners, triangles, name="sheet", thickness_mm=4)
+    assert sheet.distance([[0.05, 0.05, 0], [0.05, 0.05, 0.01]]) == pytest.approx([-0.002, 0.008], abs=2e-4)
+    with pytest.raises(ls.InputError, match="thickness_mm 0.0 is not from 0.1"):
+        ls.Object.from_mesh(corners, triangles, thickness_mm=0)

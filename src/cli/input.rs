@@ -7,7 +7,7 @@ use anyhow::Context;
 use super::args::{Common, HandAndObject, within};
 use crate::cli::printing::{complain, explain, is_new_warning};
 use crate::hand::{HAND_NAMES, HandFiles};
-use crate::limits::OBJECT_SCALE;
+use crate::limits::{OBJECT_SCALE, WALL_THICKNESS};
 use crate::printable::counted;
 use crate::store::{GraspFile, HandMetadata, LandscapeFiles, ObjectMetadata, Overrides};
 use crate::study::{self, InputError};
@@ -43,15 +43,21 @@ pub(super) fn hand(
 }
 
 /// Metadata at scale 1 of the object that a flag names (a built-in object, a mesh, or a TOML file of shapes), and a list of
-/// repairs. A mass in the description refers to the object at `scale`.
+/// repairs. A mass in the description refers to the object at `scale`. With a thickness (millimetres at `scale`), open surfaces
+/// become walls.
 pub(super) fn object(
     flag: &str,
     scale: Option<f64>,
+    thickness_mm: Option<f64>,
 ) -> anyhow::Result<(ObjectMetadata, Vec<String>)> {
     if let Some(scale) = scale {
         within("--scale", OBJECT_SCALE, scale)?;
     }
-    study::object_metadata(flag, scale.unwrap_or(1.0)).map_err(|error| match error {
+    if let Some(thickness_mm) = thickness_mm {
+        within("--thickness", WALL_THICKNESS, thickness_mm)?;
+    }
+    let thickness_m = thickness_mm.map(|thickness_mm| 1e-3 * thickness_mm);
+    study::object_metadata(flag, scale.unwrap_or(1.0), thickness_m).map_err(|error| match error {
         InputError::NoObject => anyhow::anyhow!("--object {flag}: {error}"),
         error => error.into(),
     })
@@ -106,7 +112,7 @@ pub(super) fn read(
     let overrides = Overrides {
         hand: hand_flag.map(|flag| hand(flag, None, false)).transpose()?,
         object: match object_flag {
-            Some(flag) => Some(object(flag, None)?.0),
+            Some(flag) => Some(object(flag, None, None)?.0),
             None => None,
         },
     };

@@ -28,6 +28,9 @@ pub(super) struct ObjectsInspect {
     /// Metres per unit of the mesh.
     #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
     scale: Option<f64>,
+    /// Make open surfaces, such as a sheet or a cup without walls, walls of this many millimetres (0.1 to 100).
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    thickness: Option<f64>,
     /// Name of the picture, without .png; by default the name of the object, in the current folder.
     #[arg(long, short, value_name = "NAME")]
     output: Option<PathBuf>,
@@ -44,12 +47,14 @@ pub(super) const EXAMPLES: &str = "\
 Examples:
   landscape objects inspect bottle.obj                     a table, and bottle.png
   landscape objects inspect scan.ply --scale 0.001         a mesh in millimetres
+  landscape objects inspect cup.obj --thickness 2          a surface without walls: they become 2 mm thick
   landscape objects inspect bottle.obj --side-file bottle.json
                                                            also write a description that declares the symmetry found
 
 A mesh may consist of several closed pieces; where these overlap or touch, the solid is their union. Small holes,
-triangles that face the wrong way and pieces that are inside out are repaired, with a warning. A surface without an
-inside is refused.
+triangles that face the wrong way, faces that are there twice or in both directions, and pieces that are inside out are
+repaired, with a warning. A surface that encloses nothing is refused, or becomes a wall with --thickness; half of the
+wall lies on each side of the surface.
 
 Shapes (TOML; metres; a union of all parts):
   name = \"dumbbell\"
@@ -86,7 +91,7 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
         check_side_file(side_file, common.force)?;
     }
     let working = progress::spinner("measuring the object", common.quiet);
-    let (metadata, mut notes) = input::object(&command.object, command.scale)?;
+    let (metadata, mut notes) = input::object(&command.object, command.scale, command.thickness)?;
     let object = metadata.build(command.scale.unwrap_or(1.0))?;
     notes.extend(object.notes.iter().cloned());
     let buried = object.mesh.buried_share();

@@ -23,8 +23,8 @@ use crate::limits::{CHAINS, PERTURBATION, STEPS};
 use crate::printable::counted;
 use crate::store::{GraspFile, Metadata};
 use crate::study::{
-    DEFAULT_PRESET, Experiment, Keep, Origin, PopulationSettings, Run, Synthesis, simulate_sample,
-    synthesize_chains, synthesize_population,
+    DEFAULT_PRESET, Experiment, Keep, Origin, PopulationSettings, Run, Synthesis, doubted_size,
+    simulate_sample, synthesize_chains, synthesize_population,
 };
 
 /// Synthesize grasps.
@@ -60,6 +60,15 @@ pub(super) struct Synth {
         allow_negative_numbers = true
     )]
     pub(super) scale: Option<f64>,
+    /// Make open surfaces of the object's mesh, such as a sheet or a cup without walls, walls of this many millimetres (0.1 to 100).
+    #[arg(
+        long,
+        value_name = "MM",
+        requires = "object",
+        conflicts_with = "from",
+        allow_negative_numbers = true
+    )]
+    pub(super) thickness: Option<f64>,
     /// Start from the grasps of a file instead of random poses: chain i starts from row i, and after the last row from the
     /// first again. Hand and object are those of the file, unless others are named.
     #[arg(long, value_name = "FILE")]
@@ -158,7 +167,14 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         settings.chains = origin.given.len() as u64;
     }
     let energy = origin.energy(&settings)?;
+    let doubt = doubted_size(energy.hand(), energy.object(), origin.scale);
+    if let Some(doubt) = &doubt {
+        anyhow::ensure!(!doubt.sure || settings.keep == Keep::All, "{}", doubt.doubt);
+    }
     if !common.quiet {
+        input::warn(&Vec::from_iter(
+            doubt.iter().map(|doubt| doubt.doubt.to_string()),
+        ));
         // A file of grasps was made with what is noted of its object.
         let of_object = energy
             .object()
@@ -222,7 +238,10 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         "none of the {} passed the filter{}: {}",
         counted(found.chains.len(), "chain"),
         refused.map_or(String::new(), |refused| format!(" ({refused})")),
-        remedy(&settings)
+        doubt.map_or_else(
+            || remedy(&settings).to_owned(),
+            |doubt| doubt.doubt.to_string()
+        )
     );
     let answer = answer(&energy, &found, &settings, &command.output);
     let file = GraspFile {
@@ -366,7 +385,7 @@ fn origin(command: &Synth, common: &Common) -> anyhow::Result<(Origin, Vec<Strin
     }
     let object = command.object.as_deref();
     let object = object.context("--object: the object to be grasped must be named")?;
-    let (mut object, notes) = input::object(object, command.scale)?;
+    let (mut object, notes) = input::object(object, command.scale, command.thickness)?;
     input::rename(&mut object, command.name.as_deref())?;
     let hand = command.hand.as_deref().unwrap_or("human");
     let hand = input::hand(hand, command.hand_folder.as_deref(), command.mirror)?;

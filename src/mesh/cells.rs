@@ -10,9 +10,9 @@ use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
 
-/// Triangles whose angles about an edge differ by less lie on each other, radians. Angles of exactly coplanar triangles
-/// differ by rounding errors only, and those of nearly coplanar ones in files by at least a millionth.
-const FLUSH_RAD: f64 = 1e-10;
+/// Triangles whose angles about an edge differ by less lie on each other, radians. Single-precision coordinates turn triangles
+/// of one plane by up to about a hundred-thousandth.
+const FLUSH_RAD: f64 = 1e-4;
 /// Cells with less negative volume than this share of the largest are flat, and their sign is a rounding error.
 const FLAT: f64 = 1e-9;
 
@@ -114,7 +114,8 @@ fn groups(vertices: &[Vector3<f64>], at: &[([u32; 2], u32, Blade)]) -> Vec<Vec<B
         }
         before = *angle;
     }
-    if groups.len() > 1 && before > TAU - FLUSH_RAD {
+    // Rounding may have put a triangle of the first group at the end of the turn.
+    if groups.len() > 1 && blades[0].0 + TAU - before < FLUSH_RAD {
         let last = groups.pop().unwrap_or_default();
         groups[0].extend(last);
     }

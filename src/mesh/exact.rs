@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::{Pose, Vector as ParryVector};
 use parry3d_f64::query::details::distance_segment_segment;
-use parry3d_f64::query::{PointQuery, PointQueryWithLocation};
+use parry3d_f64::query::{PointQuery, PointQueryWithLocation, Ray, RayCast};
 use parry3d_f64::shape::{Segment, TriMesh, Triangle};
 
 use super::Mesh;
@@ -147,6 +147,19 @@ impl ExactMesh {
             .0
             .project_local_point_and_get_location_with_max_dist(query, false, reach_m)?;
         Some((point - from_parry(projection.point)).norm())
+    }
+
+    /// Distance from a point of the surface along a unit vector to the next point of the surface, metres; `None` if there is
+    /// none.
+    pub fn next_along(&self, point: &Vector3<f64>, direction: &Vector3<f64>) -> Option<f64> {
+        /// How far before the start nothing is looked for, metres, because the triangle of the start is there.
+        const START_M: f64 = 1e-6;
+        let ray = Ray::new(
+            to_parry(&(point + direction * START_M)),
+            to_parry(direction),
+        );
+        let met = self.surface.0.cast_local_ray(&ray, f64::MAX, false)?;
+        Some(met + START_M)
     }
 
     /// Whether `point` lies inside the solid.

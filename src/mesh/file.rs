@@ -4,6 +4,7 @@ use std::io::BufRead;
 use std::path::Path;
 
 use super::{Mesh, MeshError, Repaired};
+use crate::formats::lfs::is_lfs_pointer;
 use crate::formats::{Triangles, bytes_of, ending, gltf, obj, ply, stl};
 
 impl Mesh {
@@ -30,6 +31,17 @@ impl Mesh {
             *vertex *= scale;
         }
         Self::repaired(&path.display().to_string(), read.vertices, read.triangles)
+    }
+
+    /// Reads a file as [`Mesh::read`] does, in its own unit, but its open surfaces become walls `thickness` thick in that unit
+    /// ([`Mesh::thickened`]).
+    ///
+    /// # Errors
+    /// As [`Mesh::read`], or if no surface is open.
+    pub fn read_thickened(path: &Path, thickness: f64) -> Result<Repaired, MeshError> {
+        let read = triangles_of(path)?;
+        let name = path.display().to_string();
+        Self::thickened(&name, read.vertices, read.triangles, thickness)
     }
 
     /// Reads the text of an OBJ file. All its objects and groups form one mesh.
@@ -68,6 +80,9 @@ fn triangles_of(path: &Path) -> Result<Triangles, MeshError> {
         source,
     };
     let bytes = bytes_of(path).map_err(cannot)?;
+    if is_lfs_pointer(&bytes) {
+        return Err(MeshError::Pointer(name));
+    }
     match kind.as_str() {
         "obj" => of_obj(&name, &mut bytes.as_slice()),
         "stl" => stl::read(&bytes).map_err(cannot),
@@ -151,9 +166,23 @@ mod tests {
             write("words.stl", "words"),
             write("points.obj", "v 0 0 0\nv 1 0 0\n"),
             write("lines.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n"),
+            write("nan.obj", "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n"),
+            write(
+                "pointer.obj",
+                "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 9\n",
+            ),
         ] {
             let message = Mesh::load(&path).unwrap_err().to_string();
             assert!(message.contains(&path.display().to_string()), "{message}");
+            if path.ends_with("pointer.obj") {
+                assert!(message.contains("git lfs pull"), "{message}");
+            }
+            if path.ends_with("nan.obj") {
+                assert!(
+                    message.contains("vertex 1 ") && message.contains("coordinate NaN"),
+                    "{message}"
+                );
+            }
         }
     }
 }

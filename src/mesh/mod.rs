@@ -60,6 +60,9 @@ pub enum MeshError {
         /// The problem.
         problem: String,
     },
+    /// Git LFS has not fetched a file.
+    #[error("{0} is a Git LFS pointer, not the mesh: run `git lfs pull` in its folder")]
+    Pointer(String),
     /// A mesh has no triangles.
     #[error("{0} has no faces: a surface of triangles is needed")]
     NoTriangles(String),

@@ -284,7 +284,7 @@ fn mend(
     });
     let sheets = cells.one_layer(vertices, triangles, |role| role == Role::Sheet);
     let count = |test: &dyn Fn(usize) -> bool| (0..triangles.len()).filter(|&t| test(t)).count();
-    let walls_inside = count(&|face| cells.roles[face] == Role::Wall);
+    let mut walls_inside = count(&|face| cells.roles[face] == Role::Wall);
     let hidden = count(&|face| {
         !kept[face] && cells.is_boundary(face) || !sheets[face] && cells.roles[face] == Role::Sheet
     });
@@ -302,9 +302,16 @@ fn mend(
     }
     closing.report(&faces, repairs);
     let mut solid = pieces.joined(vertices);
-    let scraps: Vec<usize> = (0..triangles.len())
+    let mut scraps: Vec<usize> = (0..triangles.len())
         .filter(|&face| sheets[face] || thin.contains(&cells.parts[face]))
         .collect();
+    if !scraps.is_empty() && !solid.triangles.is_empty() {
+        let inside = Winding::new(&solid.vertices, &solid.triangles);
+        let count = scraps.len();
+        scraps
+            .retain(|&face| !lies_inside(&triangles[face].map(|v| vertices[v as usize]), &inside));
+        walls_inside += count - scraps.len();
+    }
     let whole: f64 = (0..triangles.len()).map(|face| faces.area(face)).sum();
     let share = scraps.iter().map(|&face| faces.area(face)).sum::<f64>() / whole;
     if let Some(thickness) = thickness {
@@ -355,6 +362,13 @@ fn mend(
         }
         error => error,
     })
+}
+
+/// Whether a triangle lies in a solid, except perhaps for its corners.
+fn lies_inside(corners: &[Vector3<f64>; 3], solid: &Winding) -> bool {
+    let middle = corners.iter().sum::<Vector3<f64>>() / 3.0;
+    let near = |corner: &Vector3<f64>| middle.lerp(corner, 0.95);
+    solid.surrounds(&middle) && corners.iter().all(|corner| solid.surrounds(&near(corner)))
 }
 
 /// A closed piece of the surface. Its triangles face outward unless it is the wall of a cavity.
@@ -432,9 +446,9 @@ impl Pieces {
 
     /// Drops the pieces of parts whose mean thickness is almost nothing, and returns these parts: sheets that are there twice
     /// with little space between.
-    fn drop_films(&mut self, faces: &Faces, cells: &Cells) -> Vec<usize> {
+    fn drop_films(&mut self, faces: &Faces, cells: &Cells) -> BTreeSet<usize> {
         /// Mean thickness, as a share of the square root of the area.
-        const FILM: f64 = 1e-3;
+        const FILM: f64 = 2e-4;
         let mut parts: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
         for face in (0..faces.triangles.len()).filter(|&face| cells.is_boundary(face)) {
             parts.entry(cells.parts[face]).or_default()[0] += faces.area(face);
@@ -445,7 +459,7 @@ impl Pieces {
         let thin = parts
             .into_iter()
             .filter(|(_, [area, volume])| 2.0 * volume < FILM * area * area.sqrt());
-        let thin: Vec<usize> = thin.map(|(part, _)| part).collect();
+        let thin: BTreeSet<usize> = thin.map(|(part, _)| part).collect();
         self.0.retain(|piece| !thin.contains(&piece.part));
         thin
     }

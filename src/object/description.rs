@@ -15,7 +15,7 @@ use super::{
     Sphere, within,
 };
 use crate::limits::{DIRECTION, GRASP_POSITION, MOST_MOTIONS, OBJECT_MASS};
-use crate::mesh::{ExactMesh, Mesh, SignedDistance, SurfaceSample};
+use crate::mesh::{ExactMesh, Mesh, MeshError, SignedDistance, SurfaceSample};
 
 /// Density of an object whose mass is not given, kg/m³: half that of water, as for wood or a half-full bottle.
 const DEFAULT_DENSITY_KG_M3: f64 = 500.0;
@@ -150,22 +150,29 @@ impl Object {
     /// # Errors
     /// If a file cannot be read or is invalid, or if the description does not fit the mesh.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, ObjectError> {
-        let parts = Self::parts_of_file(path.as_ref())?;
+        let parts = Self::parts_of_file(path.as_ref(), None)?;
         let mut object = Self::from_mesh(&parts.name, parts.mesh, &parts.description)?;
         object.notes.splice(0..0, parts.notes);
         Ok(object)
     }
 
     /// Reads a TOML file of shapes ([`Assembly`]), or a mesh (OBJ, STL, PLY or glTF, in any unit) with the description
-    /// beside it, if there is one. Nothing is baked.
+    /// beside it, if there is one. Nothing is baked. With a `thickness`, in the unit of the mesh, its open surfaces become
+    /// walls ([`Mesh::thickened`]).
     ///
     /// # Errors
-    /// If a file cannot be read or is invalid.
-    pub fn parts_of_file(path: &Path) -> Result<ObjectParts, ObjectError> {
+    /// If a file cannot be read or is invalid, or if nothing can be thickened.
+    pub fn parts_of_file(path: &Path, thickness: Option<f64>) -> Result<ObjectParts, ObjectError> {
         if (path.extension()).is_some_and(|kind| kind.eq_ignore_ascii_case("toml")) {
+            if thickness.is_some() {
+                return Err(MeshError::Closed(path.display().to_string()).into());
+            }
             return Assembly::read(path);
         }
-        let repaired = Mesh::read(path, 1.0)?;
+        let repaired = match thickness {
+            Some(thickness) => Mesh::read_thickened(path, thickness)?,
+            None => Mesh::read(path, 1.0)?,
+        };
         let beside = path.with_extension("json");
         let description = match fs::read_to_string(&beside) {
             Ok(text) => Description::from_json(&beside.display().to_string(), &text)?,

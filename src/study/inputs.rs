@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::{Experiment, json};
 use crate::hand::{HAND_NAMES, HandError, HandFiles};
+use crate::mesh::MeshError;
 use crate::object::{OBJECT_NAMES, Object, ObjectError, ObjectParts};
 use crate::printable::is_command;
 use crate::store::{
@@ -100,16 +101,22 @@ pub fn hand_metadata(
 }
 
 /// The metadata at scale 1 of an object (a built-in one, a mesh, or a TOML file of shapes), and a list of repairs. A mass in
-/// the description refers to the object at `scale`.
+/// the description refers to the object at `scale`. With `thickness_m`, open surfaces of the mesh become walls that are so
+/// thick at `scale`.
 ///
 /// # Errors
-/// If there is no such object, or its file is wrong.
+/// If there is no such object, its file is wrong, or there is nothing to thicken.
 pub fn object_metadata(
     name_or_file: &str,
     scale: f64,
+    thickness_m: Option<f64>,
 ) -> Result<(ObjectMetadata, Vec<String>), InputError> {
     let path = Path::new(name_or_file);
     let mut parts = if OBJECT_NAMES.contains(&name_or_file) {
+        if thickness_m.is_some() {
+            let error = MeshError::Closed(name_or_file.to_owned());
+            return Err(ObjectError::from(error).into());
+        }
         let (mesh, description) = Object::parts_of_named(name_or_file)?;
         ObjectParts {
             name: name_or_file.to_owned(),
@@ -121,7 +128,7 @@ pub fn object_metadata(
         if !path.exists() {
             return Err(InputError::NoObject);
         }
-        Object::parts_of_file(path)?
+        Object::parts_of_file(path, thickness_m.map(|thickness_m| thickness_m / scale))?
     };
     let mass_kg = &mut parts.description.mass_kg;
     *mass_kg = mass_kg.map(|mass| mass / scale.powi(3));

@@ -116,6 +116,7 @@ mod report;
 mod searched;
 mod settings;
 mod simulation;
+mod size;
 mod statistics;
 mod surface;
 mod surface_map;
@@ -174,6 +175,7 @@ pub use settings::{ChoiceSettings, GraspMapSettings, StudyRun, settings_for_gras
 pub use simulation::{
     ObjectFit, Simulation, simulate_all, simulate_sample, simulation_fingerprint,
 };
+pub use size::{SizeDoubt, doubted_size};
 pub use statistics::{
     Basin, Basins, NamedLandscape, Part, StatisticsSettings, TaxonomyComparison, TypeComparison,
     compare_types, compare_with_taxonomy,

@@ -16,7 +16,7 @@ use crate::desk::Desk;
 use crate::{PATIENT, contents, grasps, landscape};
 
 /// Runs of every verb that records its command. Together they use all its flags. `@` stands for the folder of the inputs.
-const RUNS: [(&str, &[&str]); 20] = [
+const RUNS: [(&str, &[&str]); 22] = [
     (
         "synth",
         &[
@@ -51,6 +51,23 @@ const RUNS: [(&str, &[&str]); 20] = [
         "synth",
         &[
             "--object", "ball", "--preset", "paper", "-n", "2", "--steps", "40", "--keep", "all",
+        ],
+    ),
+    (
+        "synth",
+        &[
+            "--object",
+            "@/half shell.obj",
+            "--scale",
+            "0.8",
+            "--thickness",
+            "2.5",
+            "-n",
+            "2",
+            "--steps",
+            "40",
+            "--keep",
+            "all",
         ],
     ),
     (
@@ -213,6 +230,20 @@ const RUNS: [(&str, &[&str]); 20] = [
         "import",
         &["@/my arrays", "--hand", "human", "--object", "ball"],
     ),
+    (
+        "import",
+        &[
+            "@/t.csv",
+            "--hand",
+            "human",
+            "--object",
+            "@/half shell.obj",
+            "--scale",
+            "1",
+            "--thickness",
+            "3",
+        ],
+    ),
     ("import", &["@/my data", "--group-barrier", "0.1"]),
     (
         "label",
@@ -333,6 +364,17 @@ fn inputs() -> &'static Desk {
         let mut ball: serde_json::Value = serde_json::from_str(&ball).unwrap();
         ball["mass_kg"] = 0.5.into();
         write("Kugel ü.json", &ball.to_string());
+        let whole = fs::read_to_string(data.join("objects/ball.obj")).unwrap();
+        let faces = whole.lines().filter(|line| line.starts_with('f')).count();
+        let (mut kept, mut seen) = (String::new(), 0);
+        for line in whole.lines() {
+            seen += usize::from(line.starts_with('f'));
+            if 2 * seen <= faces {
+                kept += line;
+                kept.push('\n');
+            }
+        }
+        write("half shell.obj", &kept);
         copy("taxonomy/rule.toml", "rule.toml");
         write(
             "-set.toml",

@@ -131,23 +131,39 @@ class Object:
         Metres per unit of the mesh: 0.001 for millimetres. From a millionth to a million.
     name
         Its name in files and pictures, instead of the name of the file.
+    thickness_mm
+        Makes open surfaces of the mesh, such as a sheet or a cup without walls, walls of this many millimetres.
 
     Raises
     ------
     InputError
-        If there is no such object, or its mesh cannot be closed.
+        If there is no such object, its mesh cannot be closed, or there is no open surface to thicken.
     """
 
-    def __init__(self, name_or_file: StrPath, *, scale: float | None = None, name: str | None = None) -> None:
+    def __init__(
+        self,
+        name_or_file: StrPath,
+        *,
+        scale: float | None = None,
+        name: str | None = None,
+        thickness_mm: float | None = None,
+    ) -> None:
         self._given = os.fspath(name_or_file)
-        self._scale, self._name = scale, name
+        self._scale, self._name, self._thickness_mm = scale, name, thickness_mm
         self._keeps: Folder | None = None
         factor = magnitude_or_none("scale", scale)
-        self._native = _native.Object(self._given, 1.0 if factor is None else factor, name)
+        thickness_mm = magnitude_or_none("thickness_mm", thickness_mm)
+        self._native = _native.Object(self._given, 1.0 if factor is None else factor, name, thickness_mm)
 
     @classmethod
     def from_mesh(
-        cls, vertices: ArrayLike, triangles: ArrayLike, *, name: str = "object", scale: float | None = None
+        cls,
+        vertices: ArrayLike,
+        triangles: ArrayLike,
+        *,
+        name: str = "object",
+        scale: float | None = None,
+        thickness_mm: float | None = None,
     ) -> Object:
         """An object from a mesh in memory.
 
@@ -161,6 +177,8 @@ class Object:
             Its name in files and pictures.
         scale
             Metres per unit of the vertices; 1 by default.
+        thickness_mm
+            As for a file.
 
         Raises
         ------
@@ -183,7 +201,7 @@ class Object:
         lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in corners.tolist()]
         file = folder / f"{name}.obj"
         file.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        made = cls(file, scale=scale)
+        made = cls(file, scale=scale, thickness_mm=thickness_mm)
         made._keeps = folder
         return made
 
@@ -207,7 +225,7 @@ class Object:
 
     def _flags(self) -> list[str]:
         """The flags that name this object."""
-        return flags(object=self._given, scale=self._scale, name=self._name)
+        return flags(object=self._given, scale=self._scale, name=self._name, thickness=self._thickness_mm)
 
     @property
     def name(self) -> str:

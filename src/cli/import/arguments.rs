@@ -36,6 +36,14 @@ pub(in crate::cli) struct Import {
         allow_negative_numbers = true
     )]
     pub(super) scale: Option<f64>,
+    /// Make open surfaces of the object's mesh walls of this many millimetres (0.1 to 100) at the scale given.
+    #[arg(
+        long,
+        value_name = "MM",
+        requires = "scale",
+        allow_negative_numbers = true
+    )]
+    pub(super) thickness: Option<f64>,
     /// Meaning of the columns of a table, and units and frames of any file (TOML, see below).
     #[arg(long, value_name = "FILE", requires = "hand")]
     pub(super) mapping: Option<PathBuf>,

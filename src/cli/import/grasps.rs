@@ -49,7 +49,7 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     if !common.quiet {
         input::warn(&hand.warnings().collect::<Vec<_>>());
     }
-    let (mut object, notes) = input::object(object, command.scale)?;
+    let (mut object, notes) = input::object(object, command.scale, command.thickness)?;
     input::rename(&mut object, command.name.as_deref())?;
     let settings = GraspImportSettings {
         hand,
