@@ -34,6 +34,9 @@ const IMPOSSIBLE_M: f64 = 0.5;
 /// A reading fits if its grasps are off by at most this share of the given reading's. Few grasps fit more easily by chance.
 const SHARE: [(usize, f64); 2] = [(4, 0.25), (0, 0.125)];
 
+/// Coordinates beyond this are not measured: their squares are inexact or infinite.
+const FARTHEST_M: f64 = 1e6;
+
 /// Largest number of grasps, and of points of the hand, that are measured.
 const GRASPS: usize = 64;
 const POINTS: usize = 512;
@@ -274,9 +277,17 @@ impl<'a> Range<'a> {
 
     /// The nearest places of the nearest and the second nearest digit, if the hand stands so.
     fn nearest(&self, placed: &Placed) -> [Place; 2] {
+        let nowhere = |distance_m| Place {
+            point: Vector3::zeros(),
+            distance_m,
+        };
+        let pose = &placed.pose;
+        if !(pose.iter()).all(|x| x.abs() < FARTHEST_M) {
+            return [nowhere(FARTHEST_M), nowhere(FARTHEST_M)];
+        }
         let factor = placed.scale / self.scale;
         let mut posed = PosedHand::default();
-        self.hand.pose(&placed.pose, &mut posed);
+        self.hand.pose(pose, &mut posed);
         let mut digits: Vec<Option<Place>> = Vec::new();
         digits.resize_with(self.hand.digits.len().max(1), || None);
         for (point, surface) in posed.points.iter().zip(&self.hand.surface) {
@@ -293,11 +304,7 @@ impl<'a> Range<'a> {
         let mut places: Vec<Place> = digits.into_iter().flatten().collect();
         places.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
         let mut places = places.into_iter();
-        let nowhere = || Place {
-            point: Vector3::zeros(),
-            distance_m: 0.0,
-        };
-        let first = places.next().unwrap_or_else(nowhere);
+        let first = places.next().unwrap_or_else(|| nowhere(0.0));
         let second = places.next().unwrap_or(Place { ..first });
         [first, second]
     }
