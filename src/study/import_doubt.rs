@@ -243,6 +243,8 @@ fn length(metres: f64) -> String {
 
 /// The hand and the object, for measuring distances.
 struct Range<'a> {
+    whole: &'a Hand,
+    /// The hand with few surface points.
     hand: Hand,
     exact: ExactMesh,
     /// The scale of `exact`.
@@ -265,6 +267,7 @@ impl<'a> Range<'a> {
         let (mesh, _) = imported.object.mesh(scale).ok()?;
         let [low, high] = mesh.bounds();
         Some(Self {
+            whole: imported.hand,
             hand: imported
                 .hand
                 .thinned(imported.hand.surface.len().div_ceil(POINTS).max(1)),
@@ -338,9 +341,9 @@ impl<'a> Range<'a> {
             .into_par_iter()
             .map(|placed| {
                 let mut posed = PosedHand::default();
-                self.hand.pose(&placed.pose, &mut posed);
+                self.whole.pose(&placed.pose, &mut posed);
                 let [_, second] = self.nearest(placed);
-                let depth_m = deepest_m(exact, &self.hand, &posed);
+                let depth_m = deepest_m(exact, self.whole, &posed);
                 [second.distance_m.max(0.0), depth_m]
             })
             .collect();
@@ -489,12 +492,17 @@ impl Trial<'_> {
             Some((fit, vec![change]))
         });
         let mut found = best(tried.collect());
-        if found.is_none() && self.strong {
+        // In another unit the hands may come near the object and still be turned wrongly.
+        if self.strong
+            && found
+                .as_ref()
+                .is_none_or(|(fit, _)| fit.off_m > PLAUSIBLE_M)
+        {
             let mut tried = Vec::new();
             for first in self.changes(self.imported.mapping) {
                 for second in self.changes(&first.mapping) {
                     // Each pair once, and no entry twice.
-                    if key(second.line) <= key(first.line) {
+                    if key(second.line) >= key(first.line) {
                         continue;
                     }
                     if let Some(fit) = fit(&second.mapping) {
@@ -506,7 +514,11 @@ impl Trial<'_> {
                     }
                 }
             }
-            found = best(tried);
+            let pair = best(tried);
+            found = match (found, pair) {
+                (Some(one), Some(two)) if two.0.off_m > SHARE[0].1 * one.0.off_m => Some(one),
+                (one, two) => two.or(one),
+            };
         }
         let (fit, changes) = found?;
         let causes: Vec<&str> = changes.iter().map(|change| change.cause).collect();
