@@ -56,7 +56,9 @@ pub struct ImportedGrasps {
     pub left_out: usize,
     /// Scales of all grasps of the object that were found.
     pub scales: ScaleCounts,
-    /// Assumptions, omissions and warnings, one sentence each, sorted.
+    /// That the grasps lie beside the object, and the reading of the file that fits, if there is one.
+    pub doubt: Option<Doubt>,
+    /// Other assumptions, omissions and warnings, one sentence each, sorted.
     pub notes: Vec<String>,
     /// Notes on the object at each scale.
     pub object_notes: Vec<Vec<String>>,
@@ -219,16 +221,19 @@ pub fn import_grasps(
         let scales = ScaleCounts::of(rows.iter().map(|row| row.scale));
         Some(placed(&at_scale(rows, settings.scale, &scales).ok()?))
     };
-    let mut told = json!({ "format": format });
-    if let Some(doubted) = doubt(&imported, &reread) {
-        if doubted.refused {
+    let doubt = match doubt(&imported, &reread) {
+        Some(doubted) if doubted.refused => {
             return Err(GraspImportError::Implausible(doubted.doubt));
         }
-        let doubt = doubted.doubt.to_string();
-        told["doubt"] = json!(doubt);
-        notes.insert(doubt);
+        doubted => doubted.map(|doubted| doubted.doubt),
+    };
+    let mut told = json!({ "format": format });
+    let mut kept = notes.clone();
+    if let Some(doubt) = &doubt {
+        told["doubt"] = json!(doubt.to_string());
+        kept.insert(doubt.to_string());
     }
-    told["notes"] = json!(notes);
+    told["notes"] = json!(kept);
     let mut file = GraspFile {
         metadata: Metadata {
             schema_version: SCHEMA_VERSION,
@@ -251,6 +256,7 @@ pub fn import_grasps(
         found,
         left_out,
         scales,
+        doubt,
         notes: notes.into_iter().collect(),
         object_notes,
     })

@@ -34,6 +34,9 @@ const IMPOSSIBLE_M: f64 = 0.5;
 /// A reading fits if its grasps are off by at most this share of the given reading's. Few grasps fit more easily by chance.
 const SHARE: [(usize, f64); 2] = [(4, 0.25), (0, 0.125)];
 
+/// Coordinates beyond this are not measured: their squares are inexact or infinite.
+const FARTHEST_M: f64 = 1e6;
+
 /// Largest number of grasps, and of points of the hand, that are measured.
 const GRASPS: usize = 64;
 const POINTS: usize = 512;
@@ -240,6 +243,8 @@ fn length(metres: f64) -> String {
 
 /// The hand and the object, for measuring distances.
 struct Range<'a> {
+    whole: &'a Hand,
+    /// The hand with few surface points.
     hand: Hand,
     exact: ExactMesh,
     /// The scale of `exact`.
@@ -262,6 +267,7 @@ impl<'a> Range<'a> {
         let (mesh, _) = imported.object.mesh(scale).ok()?;
         let [low, high] = mesh.bounds();
         Some(Self {
+            whole: imported.hand,
             hand: imported
                 .hand
                 .thinned(imported.hand.surface.len().div_ceil(POINTS).max(1)),
@@ -274,9 +280,17 @@ impl<'a> Range<'a> {
 
     /// The nearest places of the nearest and the second nearest digit, if the hand stands so.
     fn nearest(&self, placed: &Placed) -> [Place; 2] {
+        let nowhere = |distance_m| Place {
+            point: Vector3::zeros(),
+            distance_m,
+        };
+        let pose = &placed.pose;
+        if !(pose.iter()).all(|x| x.abs() < FARTHEST_M) {
+            return [nowhere(FARTHEST_M), nowhere(FARTHEST_M)];
+        }
         let factor = placed.scale / self.scale;
         let mut posed = PosedHand::default();
-        self.hand.pose(&placed.pose, &mut posed);
+        self.hand.pose(pose, &mut posed);
         let mut digits: Vec<Option<Place>> = Vec::new();
         digits.resize_with(self.hand.digits.len().max(1), || None);
         for (point, surface) in posed.points.iter().zip(&self.hand.surface) {
@@ -293,11 +307,7 @@ impl<'a> Range<'a> {
         let mut places: Vec<Place> = digits.into_iter().flatten().collect();
         places.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
         let mut places = places.into_iter();
-        let nowhere = || Place {
-            point: Vector3::zeros(),
-            distance_m: 0.0,
-        };
-        let first = places.next().unwrap_or_else(nowhere);
+        let first = places.next().unwrap_or_else(|| nowhere(0.0));
         let second = places.next().unwrap_or(Place { ..first });
         [first, second]
     }
@@ -331,9 +341,9 @@ impl<'a> Range<'a> {
             .into_par_iter()
             .map(|placed| {
                 let mut posed = PosedHand::default();
-                self.hand.pose(&placed.pose, &mut posed);
+                self.whole.pose(&placed.pose, &mut posed);
                 let [_, second] = self.nearest(placed);
-                let depth_m = deepest_m(exact, &self.hand, &posed);
+                let depth_m = deepest_m(exact, self.whole, &posed);
                 [second.distance_m.max(0.0), depth_m]
             })
             .collect();
@@ -482,12 +492,17 @@ impl Trial<'_> {
             Some((fit, vec![change]))
         });
         let mut found = best(tried.collect());
-        if found.is_none() && self.strong {
+        // In another unit the hands may come near the object and still be turned wrongly.
+        if self.strong
+            && found
+                .as_ref()
+                .is_none_or(|(fit, _)| fit.off_m > PLAUSIBLE_M)
+        {
             let mut tried = Vec::new();
             for first in self.changes(self.imported.mapping) {
                 for second in self.changes(&first.mapping) {
                     // Each pair once, and no entry twice.
-                    if key(second.line) <= key(first.line) {
+                    if key(second.line) >= key(first.line) {
                         continue;
                     }
                     if let Some(fit) = fit(&second.mapping) {
@@ -499,7 +514,11 @@ impl Trial<'_> {
                     }
                 }
             }
-            found = best(tried);
+            let pair = best(tried);
+            found = match (found, pair) {
+                (Some(one), Some(two)) if two.0.off_m > SHARE[0].1 * one.0.off_m => Some(one),
+                (one, two) => two.or(one),
+            };
         }
         let (fit, changes) = found?;
         let causes: Vec<&str> = changes.iter().map(|change| change.cause).collect();

@@ -4,9 +4,9 @@ use std::fs;
 
 use super::{difference, grasps, succeed};
 use crate::desk::{Desk, assert_says};
-use crate::pickled::{Value, npy_of};
+use crate::pickled::{QPOS, Value, bodex, nested, npy_of};
 use landscape::hand::{Hand, HandFiles, PosedHand};
-use landscape::store::exchange::{Mapping, read};
+use landscape::store::exchange::{self, Mapping};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// A hand with one joint, whose palm stands so in the world of its file.
@@ -20,7 +20,6 @@ fn hand_with_palm(pos: &str, quat: &str) -> String {
     )
 }
 
-const QPOS: [f64; 8] = [0.01, 0.02, -0.1, 0.5, 0.5, -0.5, 0.5, 0.25];
 const TURNED: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 fn assert_near(found: &[f64], expected: &[f64]) {
@@ -69,36 +68,6 @@ fn poses_are_those_of_the_world_of_the_hand_file() {
     succeed(&desk, "export a.parquet qpos -o q.npy");
     succeed(&desk, &format!("import q.npy {of} -o c.parquet"));
     assert!(difference(&imported, &grasps(&desk.path("c.parquet"))) < 1e-12);
-}
-
-/// The grasp of a `BODex` file: its second pose.
-fn bodex() -> Vec<u8> {
-    let other = [0.0, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0, 0.0];
-    let poses: Vec<f64> = [other, QPOS, other].concat();
-    npy_of(&Value::Dictionary(&[
-        ("robot_pose", Value::Array(&[1, 1, 3, 8], &poses)),
-        ("joint_names", Value::Texts(&["jaw"])),
-        ("manip_name", Value::Texts(&["scene_ball"])),
-        (
-            "world_cfg",
-            Value::Dictionary(&[(
-                "mesh",
-                Value::Dictionary(&[
-                    (
-                        "scene_ball",
-                        Value::Dictionary(&[
-                            ("scale", Value::Array(&[3], &[0.5, 0.5, 0.5])),
-                            (
-                                "pose",
-                                Value::Array(&[7], &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]),
-                            ),
-                        ]),
-                    ),
-                    ("scene_table", Value::Dictionary(&[])),
-                ]),
-            )]),
-        ),
-    ]))
 }
 
 /// The corrections with which `DexGraspBench` converts BODex's poses of the Shadow, Allegro and LEAP hands.
@@ -152,7 +121,7 @@ fn nested_scenes_are_read_as_flat_files() {
     let read = |name: &str, entries: &[(&str, Value<'_>)]| {
         let path = desk.path(name);
         fs::write(&path, npy_of(&Value::Dictionary(entries))).unwrap();
-        read(&path, &joints, &Mapping::default())
+        exchange::read(&path, &joints, &Mapping::default())
     };
     let qpos = || ("grasp_qpos", Value::Array(&[1, 8], &QPOS));
     let flat = read(
@@ -216,6 +185,11 @@ fn nested_scenes_are_read_as_flat_files() {
         assert_eq!(apart.grasps[1].scale, Some(0.1));
         assert!(apart.notes.iter().all(|note| !note.contains("scene")));
     }
+    let path = desk.path("scaled.npy");
+    fs::write(&path, nested()).unwrap();
+    let scaled = exchange::read(&path, &joints, &Mapping::default()).unwrap();
+    assert_eq!(scaled.grasps[0].scale, Some(1.0));
+    assert_near(&scaled.grasps[0].pose, &QPOS);
     // What is missing is told.
     let absent = [qpos(), ("scene_path", Value::Text("scenes/b.npy"))];
     let absent = read("absent.npy", &absent).unwrap();

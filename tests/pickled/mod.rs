@@ -59,6 +59,53 @@ pub(crate) enum Value<'a> {
     Dictionary(&'a [(&'a str, Value<'a>)]),
 }
 
+/// Position, quaternion and joint of a grasp.
+pub(crate) const QPOS: [f64; 8] = [0.01, 0.02, -0.1, 0.5, 0.5, -0.5, 0.5, 0.25];
+const ORIGIN: [f64; 7] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+
+/// A file of `BODex`: of the three poses of its grasp, the second is [`QPOS`].
+pub(crate) fn bodex() -> Vec<u8> {
+    let other = [0.0, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0, 0.0];
+    let poses: Vec<f64> = [other, QPOS, other].concat();
+    let ball = [
+        ("scale", Value::Array(&[3], &[0.5; 3])),
+        ("pose", Value::Array(&[7], &ORIGIN)),
+    ];
+    let meshes = [
+        ("scene_ball", Value::Dictionary(&ball)),
+        ("scene_table", Value::Dictionary(&[])),
+    ];
+    npy_of(&Value::Dictionary(&[
+        ("robot_pose", Value::Array(&[1, 1, 3, 8], &poses)),
+        ("joint_names", Value::Texts(&["jaw"])),
+        ("manip_name", Value::Texts(&["scene_ball"])),
+        (
+            "world_cfg",
+            Value::Dictionary(&[("mesh", Value::Dictionary(&meshes))]),
+        ),
+    ]))
+}
+
+/// A file of Dexonomy with its scene, and with a factor on the scale of each grasp.
+pub(crate) fn nested() -> Vec<u8> {
+    let ball = [
+        ("type", Value::Text("rigid_object")),
+        ("scale", Value::Array(&[3], &[0.5; 3])),
+        ("pose", Value::Array(&[7], &ORIGIN)),
+    ];
+    let objects = [("ball", Value::Dictionary(&ball))];
+    let task = [("obj_name", Value::Text("ball"))];
+    let scene = [
+        ("scene", Value::Dictionary(&objects)),
+        ("task", Value::Dictionary(&task)),
+    ];
+    npy_of(&Value::Dictionary(&[
+        ("grasp_qpos", Value::Array(&[1, 8], &QPOS)),
+        ("scene_cfg", Value::Dictionary(&scene)),
+        ("scene_scale", Value::Array(&[1], &[2.0])),
+    ]))
+}
+
 /// A file of numpy that holds one object, as `numpy.save` of a dictionary.
 pub(crate) fn npy_of(value: &Value<'_>) -> Vec<u8> {
     let mut header = b"{'descr': '|O', 'fortran_order': False, 'shape': (), }".to_vec();

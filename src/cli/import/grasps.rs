@@ -80,6 +80,14 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     for notes in &imported.object_notes {
         input::warn(notes);
     }
+    // Apart from the others, of which only some are shown.
+    input::warn(
+        &imported
+            .doubt
+            .iter()
+            .map(ToString::to_string)
+            .collect::<Vec<_>>(),
+    );
     input::warn(&imported.notes);
     print(&summary(&imported));
     complain(&format!("wrote {}", output.display()));
@@ -168,6 +176,7 @@ fn value(imported: &ImportedGrasps, output: &Path) -> Value {
         format,
         found,
         left_out,
+        doubt,
         notes,
         ..
     } = imported;
@@ -184,6 +193,7 @@ fn value(imported: &ImportedGrasps, output: &Path) -> Value {
         "scales": scales.iter().map(|(scale, grasps)| json!({ "scale": scale, "grasps": grasps })).collect::<Vec<_>>(),
         "published": count(Judgement::passes_published),
         "strict": count(Judgement::passes_strict),
+        "doubt": doubt.as_ref().map(ToString::to_string),
         "notes": hand.warnings().chain(notes.iter().cloned()).collect::<Vec<_>>(),
         "wrote": [output],
     })

@@ -160,6 +160,8 @@ pub(crate) fn pickles() -> Vec<Vec<u8>> {
         qpos: vec![0.1, 0.2, 0.3, 0.5, 0.5, 0.5, 0.5, 0.01],
     });
     let mut files = pickled::bench().to_vec();
+    files.push(pickled::bodex());
+    files.push(pickled::nested());
     files.push(dexgraspnet_npy(&grasps.each_ref(), &joints()));
     files.push(qpos_npy(&rows));
     files
