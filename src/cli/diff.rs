@@ -14,7 +14,7 @@ use crate::figure::number;
 use crate::object::Description;
 use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::{LandscapeFiles, Manifest};
-use crate::study::{self, Digits, GroupLevel, median};
+use crate::study::{self, Digits, GroupLevel, comparison_notes, median};
 use crate::topography::{
     Evidence, Match, MatchTolerance, MergeChange, Minimum, MinimumId, NEIGHBOUR_REACH, Tree,
     TreeDifference, TreeSimilarity,
@@ -98,6 +98,11 @@ fn check_reach(within: Option<f64>) -> anyhow::Result<()> {
         );
     }
     Ok(())
+}
+
+/// What to know before the two are compared.
+pub(super) fn notes(before: &Side, after: &Side) -> Vec<String> {
+    comparison_notes([before, after].map(|side| (side.name.as_str(), &side.manifest)))
 }
 
 /// The distance within which minima of the two correspond, and what differs.
@@ -261,8 +266,8 @@ fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> Stri
             digits.show(most)
         ));
     }
-    lines.extend(other_object(before, after));
-    lines.extend(levels(before, after).map(|note| format!("- note: {note}")));
+    let notes = notes(before, after);
+    lines.extend(notes.iter().map(|note| format!("- note: {note}")));
     if found.matches.is_empty() {
         lines.push(
             "- there is nothing to compare: no two minima correspond (--within LENGTH says how near they must be)"
@@ -386,18 +391,6 @@ fn heights(likeness: &TreeSimilarity, digits: Digits) -> Vec<String> {
         lines.push(format!("- cophenetic correlation: {correlation:.4}"));
     }
     lines
-}
-
-/// A note that poses on two objects are compared, if the objects differ.
-fn other_object(before: &Side, after: &Side) -> Option<String> {
-    let [one, other] = [before, after].map(|side| side.manifest.object.as_ref());
-    let (one, other) = (one?, other?);
-    (one.content_hash != other.content_hash).then(|| {
-        format!(
-            "- the objects differ (`{}`, `{}`): minima correspond where the hand stands alike in the frames of the two",
-            one.name, other.name
-        )
-    })
 }
 
 /// Why the groups of the two cannot be compared, if they have any and this is so.

@@ -8,7 +8,7 @@ use anyhow::{Context, bail, ensure};
 use clap::Args;
 
 use super::args::{Common, HandAndObject};
-use super::diff::{Side, between};
+use super::diff::{Side, between, notes};
 use super::input::{self, open_landscape};
 use super::output::check_file;
 use super::provenance::name_of;
@@ -63,10 +63,11 @@ Examples:
 The page is one file that needs neither a network nor this program: open it with a double click, mail it, put it into the
 supplement of a paper. It shows the tree, the graph, the hand in three dimensions, a table and the 33 grasp types, all
 linked. Move over a leaf to see its grasp; click two to play the lowest way between them; drag the line in the tree to see
-families. What is chosen stands in the address of the page, so a copied link shows the same.
+families, click a join to see only what hangs below it, and an entry of the legend to see only that colour. What is chosen
+stands in the address of the page, so a copied link shows the same.
 
-In the page of a file of grasps, the button `Label` starts labelling by keyboard; it saves labels.csv, which
-`landscape label grasps.parquet --from labels.csv` reads. `landscape build`, `surface` and `import` write the page of a
+The page of a file of grasps places them by likeness and tells what is known of them. Its button `Label` starts labelling by
+keyboard; it saves labels.csv, which `landscape label grasps.parquet --from labels.csv` reads. `landscape build`, `surface` and `import` write the page of a
 landscape as report.html into its folder.";
 
 pub(super) fn run(command: &Report, common: &Common) -> anyhow::Result<()> {
@@ -129,15 +130,20 @@ fn of_landscapes(command: &Report, common: &Common) -> anyhow::Result<String> {
     };
     ensure!(
         path.is_dir(),
-        "{}: this is no landscape, which is a folder, and only two landscapes can be shown face to face (`landscape report \
-         {}` shows the grasps of a file)",
-        path.display(),
-        path.display()
+        "{path}: a page of two needs two landscapes, and this is a file; run `landscape build {path}` first, or show its grasps \
+         alone: `landscape report {path}`",
+        path = path.display()
     );
     let other = Opened::read(path)?;
     let sides = [&one, &other].map(|opened| Side::of(opened.name.clone(), &opened.files));
     let [before, after] = sides;
-    let (within, found) = between(&before?, &after?, command.within)?;
+    let (before, after) = (before?, after?);
+    let (within, found) = between(&before, &after, command.within)?;
+    if !common.quiet {
+        for note in notes(&before, &after) {
+            complain(&format!("note: {note}"));
+        }
+    }
     let other = (other.shown(&held), &found, within);
     Ok(landscape_page(one.shown(&held), Some(other), made_by)?)
 }
@@ -184,9 +190,10 @@ pub(super) fn held(path: &Path) -> anyhow::Result<BTreeMap<u64, bool>> {
 fn of_grasps(command: &Report, common: &Common) -> anyhow::Result<String> {
     if let Some(other) = &command.other {
         bail!(
-            "{}: only landscapes can be shown face to face, and {} is a file",
+            "{shown}: a page of two needs two landscapes, and this is a file; run `landscape build {shown}` first, and show its \
+             landscape beside {}",
             other.display(),
-            command.shown.display()
+            shown = command.shown.display()
         );
     }
     ensure!(

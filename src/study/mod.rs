@@ -168,7 +168,7 @@ pub use minimax_path::{MinimaxPath, Waypoint};
 pub use minimum_values::MinimumValues;
 pub use names::{GraspSetting, MinimumName};
 pub use network_of_states::{NetworkOfStates, NumberedMinima};
-pub use page::{PageGrasps, PageLandscape, grasp_page, landscape_page};
+pub use page::{PageGrasps, PageLandscape, comparison_notes, grasp_page, landscape_page};
 pub use report::{GraspReport, MapSummary};
 pub use searched::{Searched, SurfaceSearch};
 pub use settings::{ChoiceSettings, GraspMapSettings, StudyRun, settings_for_grasps};

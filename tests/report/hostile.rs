@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use landscape::store::{AtomicFolder, LandscapeFiles};
 use serde_json::{Value, json};
 
+use super::made::changed;
 use super::{made, succeed};
 use crate::browser::{act, browser};
 use crate::desk::Desk;
@@ -17,14 +17,6 @@ fn hostile(what: &str) -> String {
         "{what} {attack} \u{202e}ekil\u{2067} {}",
         "long".repeat(200)
     )
-}
-
-fn changed(folder: &Path, change: impl FnOnce(&mut LandscapeFiles)) {
-    let mut files = LandscapeFiles::read(folder).unwrap();
-    change(&mut files);
-    let folder = AtomicFolder::open(folder, true).unwrap();
-    files.write(&folder).unwrap();
-    folder.finish().unwrap();
 }
 
 /// What the page of a landscape or of a file of grasps shows; nothing of it was run.

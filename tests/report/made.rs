@@ -99,6 +99,15 @@ pub(super) fn landscape(count: usize, groups: usize, folder: &Path) {
     folder.finish().unwrap();
 }
 
+/// Changes the tables of a landscape.
+pub(super) fn changed(folder: &Path, change: impl FnOnce(&mut LandscapeFiles)) {
+    let mut files = LandscapeFiles::read(folder).unwrap();
+    change(&mut files);
+    let folder = AtomicFolder::open(folder, true).unwrap();
+    files.write(&folder).unwrap();
+    folder.finish().unwrap();
+}
+
 fn path(energy: &GraspEnergy, from: &MinimumRow, to: &MinimumRow) -> Vec<PathPoint> {
     let point = |image: u32| PathPoint {
         a: from.id,

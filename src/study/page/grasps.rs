@@ -5,12 +5,17 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::Scenes;
+use super::labels::{Key, labels};
+use super::likeness::{self, Likeness};
 use super::pack::{Pack, Texts};
 use super::touch::{Touch, packed, touches};
-use crate::evaluation::taxonomy::{Category, Label, Taxonomy};
+use super::{Scenes, known, subject};
+use crate::energy::Energy;
+use crate::evaluation::taxonomy::{Label, Rule, Taxonomy};
 use crate::printable::counted;
 use crate::store::{GraspFile, GraspRow};
+use crate::study::diversity::Counter;
+use crate::study::drawing::Titles;
 use crate::study::error::StudyError;
 use crate::study::names::MinimumName;
 
@@ -34,31 +39,103 @@ struct Shown<'a> {
     row: &'a GraspRow,
     scene: usize,
     touches: Vec<Touch>,
+    /// The parts of the hand that touch.
+    regions: String,
+    /// Whether it passes the strict filter; `None` if it was not judged.
+    strict: Option<bool>,
 }
 
 impl PageGrasps<'_> {
     /// The grasps as an entry of the header.
     pub(super) fn side(&self, scenes: &mut Scenes, pack: &mut Pack) -> Result<Value, StudyError> {
-        let mut shown = Vec::new();
+        let (mut shown, mut pictures) = (Vec::new(), Vec::new());
+        let step = known::step(self.file.grasps.len());
         for population in self.file.landscapes() {
             let energy = population.energy()?;
             let (hand, object) = (energy.hand(), energy.object());
             let named = (population.object.name.as_str(), population.scale, &**object);
             let scene = scenes.add(pack, (&population.hand.name, hand), named);
             let most = TOUCHES[usize::from(self.file.grasps.len() > MANY)];
-            let of_population = population.grasps.par_iter().map(|row| Shown {
-                row,
-                scene,
-                touches: touches(&energy, &row.grasp, most),
-            });
+            let counter = Counter::new(hand, object, Rule::standard());
+            let first = shown.len();
+            let of_population = population
+                .grasps
+                .par_iter()
+                .enumerate()
+                .map(|(k, row)| Shown {
+                    row,
+                    scene,
+                    touches: touches(&energy, &row.grasp, most),
+                    regions: counter.touching(&row.grasp.pose),
+                    strict: (first + k)
+                        .is_multiple_of(step)
+                        .then(|| known::strict(&energy, row)),
+                });
             shown.extend(of_population.collect::<Vec<_>>());
+            let poses: Vec<&[f64]> = (population.grasps.iter())
+                .map(|row| &row.grasp.pose[..])
+                .collect();
+            let name = subject(
+                &population.hand.name,
+                &population.object.name,
+                population.scale,
+            );
+            pictures.push((name, Likeness::of(energy.space(), &poses)));
         }
         let mut side = self.rows(&shown, pack);
-        let labels = self.labels(&shown, pack);
-        if let (Value::Object(side), Value::Object(labels)) = (&mut side, labels) {
+        side["title"] = json!(self.title(&pictures));
+        side["likeness"] = likeness::packed(&pictures, pack);
+        let named = self.named(&shown);
+        let curves = likeness::curves(&kinds(&shown, named.as_deref()));
+        side["rarefaction"] = likeness::told(&curves);
+        let judged = || shown.iter().filter_map(|shown| shown.strict);
+        let judged = [judged().filter(|passes| *passes).count(), judged().count()];
+        side["trust"] = known::statements(self.file, judged, &curves);
+        let labels = named.map(|named| labels(&named, pack));
+        if let (Value::Object(side), Some(Value::Object(labels))) = (&mut side, labels) {
             side.extend(labels);
         }
         Ok(side)
+    }
+
+    /// How many grasps of which hand on what.
+    fn title(&self, pictures: &[(String, Likeness)]) -> String {
+        let rows = &self.file.grasps;
+        if let ([_], Some(row)) = (pictures, rows.first()) {
+            return Titles::of_grasps(rows.len(), [&row.hand, &row.object], 0).title;
+        }
+        let distinct = |name: fn(&GraspRow) -> &str| {
+            let names: std::collections::BTreeSet<&str> = rows.iter().map(name).collect();
+            names.len()
+        };
+        format!(
+            "{}, {} on {}",
+            counted(rows.len(), "grasp"),
+            counted(distinct(|row| &row.hand), "hand"),
+            counted(distinct(|row| &row.object), "object")
+        )
+    }
+
+    /// The key of the labels in a browser.
+    fn key(&self) -> String {
+        let mut key = Key::default();
+        let metadata = &self.file.metadata;
+        for hand in &metadata.hands {
+            key.text(&hand.name);
+            key.text(&hand.content_hash);
+        }
+        for object in &metadata.objects {
+            key.text(&object.name);
+            key.text(&object.content_hash);
+        }
+        for row in &self.file.grasps {
+            key.text(&row.id.to_string());
+            key.text(&row.hand);
+            key.text(&row.object);
+            key.numbers(&[row.scale]);
+            key.numbers(&row.grasp.pose);
+        }
+        key.finish()
     }
 
     fn rows(&self, shown: &[Shown<'_>], pack: &mut Pack) -> Value {
@@ -84,7 +161,7 @@ impl PageGrasps<'_> {
         let places: Vec<Vec<Touch>> = shown.iter().map(|shown| shown.touches.clone()).collect();
         json!({
             "name": self.name,
-            "title": format!("{} of {}", counted(shown.len(), "grasp"), self.name),
+            "key": self.key(),
             "item": "grasp",
             "command": metadata.command,
             "program": metadata.program_version,
@@ -106,50 +183,37 @@ impl PageGrasps<'_> {
         })
     }
 
-    fn labels(&self, shown: &[Shown<'_>], pack: &mut Pack) -> Value {
-        let given = |row: &GraspRow| row.label.clone().filter(|label| !label.is_empty());
-        let named: Vec<(Option<String>, MinimumName)> = (shown.iter())
-            .filter_map(|Shown { row, .. }| {
-                let label = self.labels.get(&row.id)?.clone();
-                let given = given(row);
-                let name = MinimumName::new(given.as_deref(), label);
-                Some((given, name))
-            })
-            .collect();
-        if named.len() < shown.len() {
-            return json!({});
-        }
-        let category = |name: &MinimumName| name.category.map_or("", Category::name);
-        let names = || named.iter().map(|(_, name)| name);
-        let texts: Texts = named
-            .iter()
-            .map(|(given, name)| shown_text(given.as_deref(), name))
-            .collect();
-        let categories: Texts = names().map(category).collect();
-        let cells: Texts = names()
-            .map(|name| name.cell.as_deref().unwrap_or(""))
-            .collect();
-        let given: Texts = named
-            .iter()
-            .map(|(given, _)| given.as_deref().unwrap_or(""))
-            .collect();
-        json!({
-            "label": texts.packed(pack),
-            "category": categories.packed(pack),
-            "cell": cells.packed(pack),
-            "type": pack.bytes(names().map(|name| name.number.unwrap_or(0))),
-            "given": given.packed(pack),
-            "rule": names().map(|name| name.rule.best_text()).collect::<Vec<_>>(),
-        })
+    /// The labels and names of all grasps; `None` if the rule does not apply to a hand.
+    fn named<'a>(&self, shown: &[Shown<'a>]) -> Option<Vec<(Option<&'a str>, MinimumName)>> {
+        let named = shown.iter().map(|Shown { row, .. }| {
+            let label = self.labels.get(&row.id)?.clone();
+            let given = row.label.as_deref().filter(|label| !label.is_empty());
+            Some((given, MinimumName::new(given, label)))
+        });
+        named.collect()
     }
 }
 
-/// The type; for a label of the user that the taxonomy does not know, the label itself.
-fn shown_text<'a>(given: Option<&'a str>, name: &'a MinimumName) -> &'a str {
-    match given {
-        Some(text) if name.number.is_none() && name.cell.is_none() => text,
-        _ => name.text(),
-    }
+/// Numbers of grasps by kind, for each way of counting kinds.
+fn kinds(
+    shown: &[Shown<'_>],
+    named: Option<&[(Option<&str>, MinimumName)]>,
+) -> BTreeMap<&'static str, BTreeMap<String, usize>> {
+    let count = |kinds: &mut dyn Iterator<Item = String>| {
+        let mut counts = BTreeMap::new();
+        kinds.for_each(|kind| *counts.entry(kind).or_insert(0) += 1);
+        counts
+    };
+    let names = named.into_iter().flatten().map(|(_, name)| name);
+    let mut types = names
+        .filter(|name| name.number.is_some())
+        .map(|name| name.text().to_owned());
+    let mut regions = shown.iter().map(|shown| shown.regions.clone());
+    [
+        (known::REGIONS, count(&mut regions)),
+        ("grasp types", count(&mut types)),
+    ]
+    .into()
 }
 
 /// The 33 types, for the matrix and the chooser.

@@ -9,7 +9,7 @@ const FRAME: &str = include_str!("web/page.html");
 const STYLE: &str = include_str!("web/page.css");
 
 /// The scripts, in the order in which they are run; they form one script.
-const SCRIPTS: [&str; 20] = [
+const SCRIPTS: [&str; 23] = [
     include_str!("vendor/three-0.187.0.min.js"),
     include_str!("web/dom.js"),
     include_str!("web/data.js"),
@@ -17,12 +17,15 @@ const SCRIPTS: [&str; 20] = [
     include_str!("web/state.js"),
     include_str!("web/filter.js"),
     include_str!("web/pen.js"),
+    include_str!("web/words.js"),
     include_str!("web/tree.js"),
     include_str!("web/graph.js"),
     include_str!("web/way.js"),
     include_str!("web/table.js"),
     include_str!("web/matrix.js"),
     include_str!("web/trust.js"),
+    include_str!("web/legend.js"),
+    include_str!("web/likeness.js"),
     include_str!("web/scene.js"),
     include_str!("web/pins.js"),
     include_str!("web/flat.js"),

@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::pack::{Pack, Texts};
+use super::labels::{Key, labels};
+use super::pack::Pack;
 use super::touch::{contact_set, epsilon_of, packed, touches};
 use super::ways::{Ways, copy};
-use super::{Scenes, hand, surface, tree, trust};
+use super::{Scenes, hand, subject, surface, tree, trust};
 use crate::energy::Energy;
 use crate::evaluation::taxonomy::Rule;
 use crate::grasp::GraspEnergy;
@@ -17,7 +18,7 @@ use crate::object::Object;
 use crate::store::{LandscapeFiles, MinimumRow};
 use crate::study::drawing::Titles;
 use crate::study::error::StudyError;
-use crate::study::names::{GraspSetting, MinimumName};
+use crate::study::names::GraspSetting;
 use crate::topography::{Evidence, Match, Network, Tree};
 
 /// Greatest number of touched places of a minimum, and if there are more than [`MANY`] minima.
@@ -120,7 +121,13 @@ impl PageLandscape<'_> {
             (hand_name, &setting.hand),
             (object_name, scale, &*setting.object),
         );
-        let names = setting.names(files, Rule::standard());
+        let names = setting.names(files, Rule::standard()).into_iter();
+        let named: Vec<_> = files
+            .minima
+            .iter()
+            .map(MinimumRow::label)
+            .zip(names)
+            .collect();
         let space = energy.space();
         let ways = Ways::of(files, network, space);
         let mut side = json!({
@@ -129,6 +136,8 @@ impl PageLandscape<'_> {
                 "dimensions": space.coordinates(),
             },
             "scene": scene,
+            "key": self.key(),
+            "subject": subject(hand_name, object_name, scale),
             "coordinates": pack.floats(&ways.minima.concat()),
             "term_names": energy.term_names(),
             "ways": ways.packed(files, space, Some(&energy), pack),
@@ -136,7 +145,7 @@ impl PageLandscape<'_> {
             "friction": energy.settings().layer.map(|layer| layer.friction),
         });
         let measured = measured(files, &energy, &ways, pack);
-        let labels = labels(files, &names, pack);
+        let labels = labels(&named, pack);
         for more in [measured, labels] {
             if let (Value::Object(side), Value::Object(more)) = (&mut side, more) {
                 side.extend(more);
@@ -150,6 +159,27 @@ impl PageLandscape<'_> {
             side["counterparts"] = pack.floats(&turned.collect::<Vec<_>>());
         }
         Ok((side, ways.minima))
+    }
+
+    /// The key of the labels in a browser.
+    fn key(&self) -> String {
+        let (mut key, manifest) = (Key::default(), &self.files.manifest);
+        if let (Some(hand), Some(object)) = (&manifest.hand, &manifest.object) {
+            for text in [
+                &hand.name,
+                &hand.content_hash,
+                &object.name,
+                &object.content_hash,
+            ] {
+                key.text(text);
+            }
+        }
+        key.numbers(&[manifest.scale]);
+        for (row, members) in self.files.minima.iter().zip(self.members()) {
+            key.text(&members);
+            key.numbers(&row.coordinates);
+        }
+        key.finish()
     }
 
     /// 1 if most simulated grasps of a minimum held, 0 if not, 2 if none was simulated.
@@ -217,30 +247,6 @@ fn measured(
         "terms": pack.floats(&terms),
         "epsilon": epsilons,
         "touches": packed(&places, pack),
-    })
-}
-
-/// Grasp types of the minima.
-fn labels(files: &LandscapeFiles, names: &[MinimumName], pack: &mut Pack) -> Value {
-    let texts: Texts = names.iter().map(MinimumName::text).collect();
-    let category = |name: &MinimumName| name.category.map_or("", |category| category.name());
-    let cells: Texts = names
-        .iter()
-        .map(|name| name.cell.as_deref().unwrap_or(""))
-        .collect();
-    let categories: Texts = names.iter().map(category).collect();
-    let given: Texts = files
-        .minima
-        .iter()
-        .map(|row| row.label().unwrap_or(""))
-        .collect();
-    json!({
-        "label": texts.packed(pack),
-        "category": categories.packed(pack),
-        "cell": cells.packed(pack),
-        "type": pack.bytes(names.iter().map(|name| name.number.unwrap_or(0))),
-        "given": given.packed(pack),
-        "rule": names.iter().map(|name| name.rule.best_text()).collect::<Vec<_>>(),
     })
 }
 

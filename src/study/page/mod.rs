@@ -13,7 +13,9 @@
 //! | `filter.js` | the language of the search field |
 //! | `dom.js` | small helpers: elements, buttons, what the browser remembers |
 //! | `pen.js` | painting on a canvas or into an SVG file |
-//! | `tree.js`, `graph.js`, `way.js`, `table.js`, `matrix.js`, `trust.js`, `flat.js`, `tangle.js` | the panels |
+//! | `tree.js`, `graph.js`, `way.js`, `table.js`, `matrix.js`, `trust.js`, `flat.js`, `tangle.js`, `likeness.js` | the panels |
+//! | `legend.js` | what the colours mean, and the filters that stay in sight |
+//! | `words.js` | what the words of the page mean |
 //! | `scene.js`, `pins.js` | the panels in three dimensions |
 //! | `label.js` | labelling by keyboard |
 //! | `export.js` | files to save: SVG, PNG, CSV, GLB |
@@ -24,7 +26,10 @@
 mod grasps;
 mod hand;
 mod html;
+mod known;
+mod labels;
 mod landscape;
+mod likeness;
 mod pack;
 mod surface;
 mod touch;
@@ -39,7 +44,10 @@ pub use landscape::PageLandscape;
 use pack::Pack;
 
 use crate::hand::Hand;
+use crate::printable::printable;
+use crate::store::Manifest;
 use crate::study::error::StudyError;
+use crate::study::level::GroupLevel;
 use crate::topography::{Evidence, TreeDifference};
 
 /// Hands, objects, and pairs of the two, each stored once.
@@ -103,6 +111,7 @@ pub fn landscape_page(
         let guide = Some((&minima[..], &found.matches[..]));
         sides.push(other.side(&mut scenes, &mut pack, guide)?.0);
         difference = json!({
+            "notes": comparison_notes([&landscape, &other].map(|side| (side.name, &side.files.manifest))),
             "within": within,
             "matches": found.matches,
             "possible": found.possible,
@@ -112,6 +121,49 @@ pub fn landscape_page(
         });
     }
     Ok(scenes.page(command, &sides, &difference, &pack))
+}
+
+/// What to know before two named landscapes are compared: that their objects or the levels of their groups differ. Each note
+/// is a sentence without a full stop.
+pub fn comparison_notes([one, other]: [(&str, &Manifest); 2]) -> Vec<String> {
+    let objects =
+        [one, other].map(|(_, manifest)| Some((manifest.object.as_ref()?, manifest.scale)));
+    let objects = match objects {
+        [Some((first, scale)), Some((second, other_scale))]
+            if first.content_hash != second.content_hash
+                || scale.total_cmp(&other_scale).is_ne() =>
+        {
+            let named = |name: &str, scale| printable(&sized(name, scale), &[]).into_owned();
+            Some(format!(
+                "the objects differ ({}, {}): minima correspond where the hand stands alike in the frames of the two",
+                named(&first.name, scale),
+                named(&second.name, other_scale)
+            ))
+        }
+        _ => None,
+    };
+    let levels = [one, other].map(|(name, manifest)| Some((name, GroupLevel::of(manifest, None)?)));
+    let levels = match &levels {
+        [Some((name, level)), Some((other, other_level))] => {
+            GroupLevel::difference((name, level), (other, other_level))
+        }
+        _ => None,
+    };
+    objects.into_iter().chain(levels).collect()
+}
+
+/// Hand and object in a few words: `human on mug`.
+fn subject(hand: &str, object: &str, scale: f64) -> String {
+    format!("{hand} on {}", sized(object, scale))
+}
+
+/// An object with its scale, unless this is 1.
+fn sized(object: &str, scale: f64) -> String {
+    if scale.total_cmp(&1.0).is_eq() {
+        object.to_owned()
+    } else {
+        format!("{object} × {scale}")
+    }
 }
 
 /// The page of the grasps of a file. `command` recreates the page.

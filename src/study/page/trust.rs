@@ -13,13 +13,21 @@ const WELL: f64 = 0.95;
 const DOUBTFUL: f64 = 0.7;
 
 /// A statement about trust.
-struct Statement {
+pub(super) struct Statement {
     /// `good`, `care` or `warning`.
-    tone: &'static str,
+    pub(super) tone: &'static str,
     /// A few words.
-    short: String,
+    pub(super) short: String,
     /// Sentences for someone who meets these notions for the first time.
-    long: String,
+    pub(super) long: String,
+}
+
+/// Statements as entries of the header.
+pub(super) fn told(statements: Vec<Statement>) -> Value {
+    let told = statements.into_iter().map(
+        |Statement { tone, short, long }| json!({ "tone": tone, "short": short, "long": long }),
+    );
+    told.collect()
 }
 
 /// All statements about a landscape, the most important first.
@@ -33,10 +41,7 @@ pub(super) fn statements(files: &LandscapeFiles, tree: &Tree, resampled: &[Tree]
     statements.extend(hovering(manifest, tree));
     statements.extend(apart(tree));
     statements.extend(notes(&manifest.warnings));
-    let told = statements.iter().map(
-        |Statement { tone, short, long }| json!({ "tone": tone, "short": short, "long": long }),
-    );
-    told.collect()
+    told(statements)
 }
 
 /// What the program noted while it worked.
@@ -78,20 +83,56 @@ fn passes(tree: &Tree) -> Option<Statement> {
         of(&[Evidence::Chain, Evidence::None]),
     );
     let all = merges.len();
+    let checked = "the slope is zero there, and both sides lead down to the two minima";
+    let mut long = format!(
+        "Two branches of the tree meet at the energy of the lowest pass that was found between them. {}. A pass that was not \
+         found may be lower still.",
+        match (verified, all) {
+            (0, _) => "None was verified".to_owned(),
+            (1, 1) => format!("It is verified: {checked}"),
+            (1, _) => format!("1 of the {all} passes is verified: {checked}"),
+            _ if verified == all => format!("All {all} passes are verified: {checked}"),
+            _ => format!("{verified} of the {all} passes are verified: {checked}"),
+        },
+    );
+    // What there is none of is not mentioned.
+    for (count, one, several) in [
+        (
+            relaxed,
+            "is the top of a relaxed path",
+            "are the tops of relaxed paths",
+        ),
+        (
+            bounds,
+            "is an upper bound: its pass may lie lower (dashed lines)",
+            "are upper bounds: their passes may lie lower (dashed lines)",
+        ),
+        (
+            given,
+            "is a transition state of another program, taken at its word",
+            "are transition states of another program, taken at its word",
+        ),
+    ] {
+        match count {
+            0 => {}
+            1 => long += &format!(" One {one}."),
+            _ => long += &format!(" {count} {several}."),
+        }
+    }
     Some(Statement {
         tone: if bounds + given == 0 { "good" } else { "care" },
-        short: format!("{verified} of {all} passes verified"),
-        long: format!(
-            "Two branches of the tree meet at the energy of the lowest known pass between them. {verified} of the {all} \
-             passes are verified: the slope vanishes there, and both sides lead down to the two minima. {relaxed} are the \
-             tops of relaxed paths. {bounds} are upper bounds: the true pass may lie lower (dashed lines).{}",
-            if given == 0 {
-                String::new()
-            } else {
-                format!(" {given} are transition states of another program, taken at its word.")
-            }
-        ),
+        short: format!("{verified} of {} verified", passes_of(all)),
+        long,
     })
+}
+
+/// `1 pass`, `3 passes`.
+fn passes_of(count: usize) -> String {
+    if count == 1 {
+        "1 pass".to_owned()
+    } else {
+        format!("{count} passes")
+    }
 }
 
 /// How often the merges come again when the chains are resampled.
@@ -107,12 +148,20 @@ fn supported(tree: &Tree, resampled: &[Tree]) -> Option<Statement> {
         short: format!("{well} of {} merges well supported", known.len()),
         long: format!(
             "The searches for passes use random chains. To see how much depends on their luck, the tree was made again {} \
-             times from random choices of these chains. {well} of the {} merges join the same minima in at least {:.0} % of \
-             these trees, and {doubtful} in less than {:.0} % (hollow dots): do not build on those.",
+             times from random choices of these chains. {well} of the {} join the same minima in at least {:.0} % of these \
+             trees{}. The choices are among the chains that were run: 100 % does not say that there is no lower pass, which \
+             no chain found.",
             resampled.len(),
-            known.len(),
+            counted(known.len(), "merge"),
             100.0 * WELL,
-            100.0 * DOUBTFUL
+            match doubtful {
+                0 => String::new(),
+                _ => format!(
+                    ", and {doubtful} in less than {:.0} % (hollow dots): do not build on {}",
+                    100.0 * DOUBTFUL,
+                    if doubtful == 1 { "that one" } else { "those" }
+                ),
+            }
         ),
     })
 }
@@ -132,16 +181,33 @@ fn unseen(manifest: &Manifest) -> Option<Statement> {
         });
     };
     let [low, high] = [0, 1].map(|end| interval[end].as_f64().unwrap_or(f64::NAN));
-    Some(Statement {
-        tone: if high < 1.0 { "good" } else { "care" },
-        short: format!("about {unseen:.0} groups unseen"),
+    Some(missing("group", [unseen, low, high], coverage))
+}
+
+/// How many kinds of grasps were probably never met: the estimate with its interval, and the coverage.
+pub(super) fn missing(kind: &str, [unseen, low, high]: [f64; 3], coverage: f64) -> Statement {
+    let none = unseen < 0.5;
+    Statement {
+        tone: if none || high < 1.0 { "good" } else { "care" },
+        short: if none {
+            format!("probably no {kind} unseen")
+        } else {
+            format!(
+                "about {unseen:.0} {kind}{} unseen",
+                if unseen < 1.5 { "" } else { "s" }
+            )
+        },
         long: format!(
-            "From how many groups were met once or twice one can estimate how many were never met: at least about \
-             {unseen:.0} (95 % interval {low:.0} to {high:.0}). One more grasp falls into a known group with a chance of {:.0} %. \
-             This takes the grasps for independent draws.",
+            "From how many {kind}s were met once or twice one can estimate how many were never met: {}. One more grasp falls \
+             into a known {kind} with a chance of {:.0} %. This takes the grasps for independent draws.",
+            if none {
+                format!("probably none (at most {high:.0}, with 95 % confidence)")
+            } else {
+                format!("at least about {unseen:.0} (95 % interval {low:.0} to {high:.0})")
+            },
             100.0 * coverage
         ),
-    })
+    }
 }
 
 /// How complete the search of a surface is.
@@ -198,7 +264,7 @@ fn hovering(manifest: &Manifest, tree: &Tree) -> Option<Statement> {
     let meaning = match manifest.letting_go {
         Some(cost) => format!(
             "The elastic layer of this energy reaches farther than that, so the hand still holds weakly; a hand that has let \
-             go costs {cost:.3}. For a pass that is higher than the cost of hovering, see what happens on the way."
+             go has {cost:.3} more. For a pass that is higher than the first number, see what happens on the way."
         ),
         None => "Such a hand touches nothing. A pass that is higher than that may be crossed by letting go and grasping anew, \
                  so compare heights with this number."
@@ -206,10 +272,10 @@ fn hovering(manifest: &Manifest, tree: &Tree) -> Option<Statement> {
     };
     Some(Statement {
         tone: if cheap { "care" } else { "good" },
-        short: format!("hovering {clearance_mm:.0} mm off costs {middle:.2}"),
+        short: format!("{clearance_mm:.0} mm off the object: {middle:.2} more energy"),
         long: format!(
-            "A hand that hovers {clearance_mm:.0} mm off the object costs {middle:.3} in energy (median over the minima). \
-             {meaning}"
+            "A hand {clearance_mm:.0} mm off the object has {middle:.3} more energy than one that holds it (median over the \
+             minima). {meaning}"
         ),
     })
 }
@@ -274,13 +340,83 @@ mod tests {
         let told = passes(&Tree::from_network(&database.network(), Evidence::Chain)).unwrap();
         assert_eq!(
             (told.tone, told.short.as_str()),
-            ("care", "0 of 1 passes verified")
+            ("care", "0 of 1 pass verified")
         );
         assert!(
             told.long
-                .contains("1 are transition states of another program"),
+                .contains("One is a transition state of another program"),
             "{}",
             told.long
+        );
+    }
+
+    /// What there is none of is not mentioned, and one thing is in the singular.
+    #[test]
+    fn counts_of_passes_are_told_as_people_do() {
+        let merge = |evidence| Node {
+            energy: 1.0,
+            minimum: None,
+            children: Vec::new(),
+            parent: None,
+            evidence,
+        };
+        let of = |evidence: &[Evidence]| {
+            let nodes = evidence.iter().map(|kind| merge(*kind)).collect();
+            let tree = Tree {
+                nodes,
+                roots: Vec::new(),
+            };
+            let told = passes(&tree).unwrap();
+            (told.tone, told.short, told.long)
+        };
+        let (tone, short, long) = of(&[Evidence::Saddle, Evidence::Seam, Evidence::Path]);
+        assert_eq!((tone, short.as_str()), ("good", "2 of 3 passes verified"));
+        assert!(long.contains("2 of the 3 passes are verified"), "{long}");
+        assert!(
+            long.ends_with("One is the top of a relaxed path."),
+            "{long}"
+        );
+        let (tone, _, long) = of(&[Evidence::Saddle, Evidence::Chain, Evidence::Chain]);
+        assert_eq!(tone, "care");
+        assert!(
+            long.contains("1 of the 3 passes is verified") && !long.contains("relaxed"),
+            "{long}"
+        );
+        assert!(long.contains(" 2 are upper bounds"), "{long}");
+        let (_, short, long) = of(&[Evidence::Saddle]);
+        assert_eq!(short, "1 of 1 pass verified");
+        assert!(
+            !long.contains(" 0 ") && !long.contains("true pass"),
+            "{long}"
+        );
+    }
+
+    /// An estimate of nothing asks for no caution.
+    #[test]
+    fn nothing_unseen_is_good_news() {
+        let none = missing("group", [0.0, 0.0, 2.0], 0.98);
+        assert_eq!(
+            (none.tone, none.short.as_str()),
+            ("good", "probably no group unseen")
+        );
+        assert!(
+            none.long
+                .contains("probably none (at most 2, with 95 % confidence)"),
+            "{}",
+            none.long
+        );
+        let some = missing("group", [15.2, 4.0, 60.0], 0.9);
+        assert_eq!(
+            (some.tone, some.short.as_str()),
+            ("care", "about 15 groups unseen")
+        );
+        assert!(
+            some.long
+                .contains("at least about 15 (95 % interval 4 to 60)")
+        );
+        assert_eq!(
+            missing("kind", [1.0, 0.0, 4.0], 0.9).short,
+            "about 1 kind unseen"
         );
     }
 

@@ -3,6 +3,7 @@
 
 // Stands for "none" in arrays of numbers of minima and nodes.
 const NONE = 0xffffffff;
+const LABEL_FIELDS = ["label", "category", "cell", "given"];
 const KINDS = { f8: Float64Array, f4: Float32Array, u4: Uint32Array, u1: Uint8Array };
 
 async function unpack(text) {
@@ -59,6 +60,9 @@ class Model {
     for (const hand of header.hands) prepareHand(hand);
     for (const side of this.sides) this.prepare(side);
     this.partner = this.partners();
+    // Labels that were given on the page, by item; an empty text takes the label of the file away.
+    this.own = new Map();
+    this.types = new Map(header.taxonomy.map(type => [type.name, type]));
   }
 
   prepare(side) {
@@ -125,8 +129,30 @@ class Model {
     return side.coordinates ? side.coordinates.subarray(k * n, (k + 1) * n) : null;
   }
 
+  // The label of an item in one of the fields `label`, `type`, `category`, `cell` and `given`: the one given on the page, else
+  // that of a person in the file, else that by the rule. All panels take it from here.
+  labelled(field, item) {
+    const [side, k] = this.at(item);
+    const own = this.own.get(item);
+    if (own) {
+      const type = this.types.get(own);
+      return { label: own, given: own, type: type?.number, category: type?.category, cell: type?.cell }[field] ?? "";
+    }
+    if (own === "" && field === "given") return "";
+    const column = (own === "" ? side.by_rule : null)?.[field] ?? side[field];
+    return column?.texts ? column.texts[column.of[k]] : (column?.[k] ?? "");
+  }
+
+  // The label by the rule alone.
+  byRule(item) {
+    const [side, k] = this.at(item);
+    const column = (side.by_rule ?? side).label;
+    return column ? column.texts[column.of[k]] : "";
+  }
+
   // The text of a field such as `label`, `category` or `object`; empty if there is none.
   text(field, item) {
+    if (LABEL_FIELDS.includes(field)) return this.labelled(field, item);
     const [side, k] = this.at(item);
     return side[field] ? side[field].texts[side[field].of[k]] : "";
   }
@@ -145,7 +171,7 @@ class Model {
       case "members":
         return side.member_count?.[k] ?? 1;
       case "type":
-        return side.type?.[k] || NaN;
+        return this.labelled("type", item) || NaN;
       case "stable":
         return side.stable?.[k] < 2 ? side.stable[k] : NaN;
       case "joins":
@@ -178,9 +204,18 @@ class Model {
 
   // Whether any item of the page has this field.
   knows(field) {
-    if (field === "stable") return this.sides.some(side => side.stable?.some(held => held < 2));
-    if (field === "object") return this.sides.some(side => side.object?.texts.length > 1);
-    return this.sides.some(side => side[field] !== undefined);
+    const has = {
+      stable: side => side.stable?.some(held => held < 2),
+      epsilon: side => side.epsilon?.some(value => !Number.isNaN(value)),
+      members: side => side.member_count,
+      support: side => side.tree?.resamplings,
+      joins: side => side.tree,
+      barrier: side => side.tree,
+      evidence: side => side.tree,
+      family: side => side.tree,
+      type: side => side.label,
+    }[field];
+    return this.sides.some(side => Boolean(has ? has(side) : side[field]));
   }
 }
 

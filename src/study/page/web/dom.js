@@ -65,6 +65,11 @@ function plain(text, letters = 60) {
   return all.length <= letters ? all.join("") : all.slice(0, letters - 1).join("") + "…";
 }
 
+// A landscape of two: hand, object and file.
+function sideName(side) {
+  return side.subject ? `${side.subject} (${side.name})` : side.name;
+}
+
 // Shows a few lines beside the pointer; the first one is the heading.
 function tip(lines, x = 0, y = 0) {
   const box = byId("tip");

@@ -139,7 +139,7 @@ function openExport() {
   const dialog = byId("export");
   const line = (title, ...buttons) => make("div", "", { class: "line" }, make("span", title), ...buttons);
   const to = (text, id, onclick) => button(text, onclick, { id: "save-" + id });
-  const pictures = ["tree", "graph", "tangle", "way", "flat", "rarefaction"].filter(name => panels[name] && !byId(name).hidden);
+  const pictures = ["tree", "graph", "tangle", "likeness", "way", "flat", "rarefaction"].filter(name => panels[name] && !byId(name).hidden);
   const lines = pictures.map(name => {
     const { drawing } = panels[name];
     return line(

@@ -119,25 +119,41 @@ class FilterParser {
     if (this.done()) throw new Error(`“${name} ${sign}” compares with nothing`);
     const value = unquoted(this.take());
     const model = this.model;
+    const field = FIELDS[name];
+    if (!field && !TEXT_FIELDS.includes(name) && name !== "family") throw new Error(`“${name}” is none of ${known(model).join(", ")}`);
+    if (!model.knows(field ?? name)) throw new Error(`${unknown(name, model)}; known are ${known(model).join(", ")}`);
+    if (name === "family") return this.family(sign, value);
     if (TEXT_FIELDS.includes(name)) {
       const text = item => (name === "evidence" ? model.evidence(item) : model.text(name, item)).toLowerCase();
       const wanted = value.toLowerCase();
-      const equal = name === "cell" ? item => text(item) === wanted : item => text(item).includes(wanted);
+      // Nothing but an empty text equals an empty one.
+      const whole = name === "cell" || wanted === "";
+      const equal = whole ? item => text(item) === wanted : item => text(item).includes(wanted);
       if (sign === "=") return equal;
       if (sign === "≠") return item => !equal(item);
       throw new Error(`“${name}” is a text: compare it with = or !=`);
     }
-    const field = FIELDS[name];
-    if (!field) throw new Error(`“${name}” is none of ${[...Object.keys(FIELDS), ...TEXT_FIELDS].join(", ")}`);
     const percent = value.endsWith("%");
     const wanted = Number(value.replace("%", "").replace("−", "-").replace(",", ".")) / (percent ? 100 : 1);
     if (value === "" || Number.isNaN(wanted)) throw new Error(`“${value}” is no number`);
     return item => !Number.isNaN(model.number(field, item)) && COMPARISONS[sign](model.number(field, item), wanted);
   }
 
+  // The superbasin of a minimum at the present level.
+  family(sign, value) {
+    const model = this.model;
+    const minimum = model.named(value);
+    if (minimum === null || (sign !== "=" && sign !== "≠")) throw new Error("“family” is compared with a minimum: family = m3");
+    if (!derived.basins) throw new Error("there are families only below a level: drag the level line of the tree");
+    const { top } = derived.basins;
+    const same = item => top[item] !== NONE && top[item] === top[minimum] && model.sideOf(item) === model.sideOf(minimum);
+    return sign === "=" ? same : item => !same(item);
+  }
+
   word(token) {
     const model = this.model;
     const text = unquoted(token).toLowerCase();
+    if (["stable", "unstable", "simulated"].includes(text) && !model.knows("stable")) throw new Error(unknown(text, model));
     if (text === "stable") return item => model.number("stable", item) === 1;
     if (text === "unstable") return item => model.number("stable", item) === 0;
     if (text === "simulated") return item => !Number.isNaN(model.number("stable", item));
@@ -147,12 +163,48 @@ class FilterParser {
       return item => item === wanted;
     }
     if (token === text && /^g\d+$/.test(text)) {
+      if (!model.knows("group")) throw new Error(`${unknown("group", model)}; known are ${known(model).join(", ")}`);
       const group = Number(text.slice(1));
       return item => model.number("group", item) === group;
     }
-    const fields = ["label", "category", "cell", "object", "given"];
+    const fields = ["label", "category", "cell", "object", "given"].filter(field => model.sides.some(side => side[field]));
+    if (fields.length === 0) throw new Error(`nothing here has a name such as “${text}”; known are ${known(model).join(", ")}`);
     return item => fields.some(field => model.text(field, item).toLowerCase().includes(text));
   }
+}
+
+// What a search can compare on this page, without other names of the same.
+function known(model) {
+  return [...new Set([...Object.values(FIELDS), ...TEXT_FIELDS])].filter(name => model.knows(name));
+}
+
+// Why a field is not known.
+function unknown(name, model) {
+  if (["stable", "unstable", "simulated"].includes(name)) {
+    const [side] = model.sides;
+    const file = word(plain(side.name));
+    return side.item === "grasp"
+      ? `nothing was simulated: \`landscape stability ${file}\` first`
+      : `nothing was simulated: \`landscape stability\` on the grasps first, then \`landscape report ${file} --stability FILE\``;
+  }
+  return `nothing here has “${name}”`;
+}
+
+// Searches that make sense on this page, with a name and a label that occur.
+function examples(model) {
+  const [side] = model.sides;
+  const first = Math.min(model.count - 1, 3);
+  const label = Array.from({ length: model.count }, (_, item) => model.text("label", item)).find(text => model.types.has(text));
+  return [
+    first >= 0 && model.name(first),
+    label?.split(" ")[0].toLowerCase(),
+    model.knows("stable") && "stable",
+    model.knows("epsilon") && "energy < 0.2 and epsilon > 0.05",
+    !model.knows("epsilon") && side.group && "energy < 0, not g0",
+    model.knows("members") && "members > 3",
+    model.knows("support") ? "evidence = saddle or support >= 95%" : side.tree && "evidence = saddle",
+    model.knows("category") && "not power",
+  ].filter(text => text);
 }
 
 function unquoted(token) {

@@ -1,36 +1,83 @@
 // Labelling by keyboard: a sheet of pictures, a chooser of types, and the file that `landscape label --from` reads.
 "use strict";
 
-const labels = new Map();
+// Labels given in this browser, kept under a key that is made from the grasps themselves: files of one name share none.
+const given = {
+  key: "",
+  undone: null,
 
-// The label that a person gave an item: here, or in the file.
-function given(item) {
-  const here = labels.get(item);
-  return here === undefined ? model.text("label", item) : here || "–";
-}
+  start() {
+    this.key = "landscape labels " + model.sides[0].key;
+    let kept = [];
+    try {
+      kept = JSON.parse(memory.get(this.key) || "[]");
+    } catch {
+      /* not written by this page */
+    }
+    for (const [item, label] of kept) if (item < model.count && this.known(label)) model.own.set(item, label);
+    watch(["labels"], () => this.show());
+  },
+
+  known: label => label === "" || label === "unlisted" || model.types.has(label),
+
+  // The label that a person gave an item, here or in the file; empty if none did.
+  to: item => model.text("given", item),
+
+  count() {
+    let count = 0;
+    for (let item = 0; item < model.count; item++) if (this.to(item)) count++;
+    return count;
+  },
+
+  // Gives an item a label; an empty one takes it away. What the file says itself is not kept.
+  give(item, label) {
+    model.own.delete(item);
+    if (this.to(item) !== label) model.own.set(item, label);
+    this.keep(null);
+  },
+
+  discard() {
+    const undone = new Map(model.own);
+    model.own.clear();
+    this.keep(undone);
+  },
+
+  undo() {
+    for (const [item, label] of this.undone) model.own.set(item, label);
+    this.keep(null);
+  },
+
+  keep(undone) {
+    this.undone = undone;
+    memory.set(this.key, JSON.stringify([...model.own]));
+    change({ labels: true });
+  },
+
+  // The line that tells of labels that are not in the file.
+  show() {
+    const line = byId("own");
+    const count = model.own.size;
+    line.hidden = count === 0 && !this.undone;
+    if (count) {
+      const words = `${plural(count, "label", "labels")} from this browser, not in the file`;
+      const discard = button("discard", () => this.discard(), { class: "link", id: "labels-discard" });
+      line.replaceChildren(words + " ", discard);
+    } else if (this.undone) {
+      line.replaceChildren("labels discarded ", button("undo", () => this.undo(), { class: "link", id: "labels-undo" }));
+    }
+  },
+};
 
 class LabelSheet {
   constructor(section) {
     this.section = section;
     this.items = Array.from({ length: model.count }, (_, item) => item);
-    this.key = "landscape labels of " + model.sides[0].name + " " + model.sides[0].members.join(" ");
-    this.items.forEach(item => {
-      if (model.text("given", item)) labels.set(item, model.text("given", item));
-    });
-    this.remembered();
+    given.start();
     this.current = 0;
     this.choices = this.types();
     this.chooser();
-  }
-
-  // What was chosen in this browser before.
-  remembered() {
-    const known = new Map(JSON.parse(memory.get(this.key) || "[]"));
-    this.items.forEach((item, place) => {
-      const label = known.get(place);
-      if (label) labels.set(item, label);
-      else if (label === "") labels.delete(item);
-    });
+    // The sheet follows what is given and discarded.
+    watch(["labels"], () => this.cards && this.show());
   }
 
   types() {
@@ -58,7 +105,6 @@ class LabelSheet {
   close() {
     this.section.hidden = true;
     document.body.classList.remove("labelling");
-    change({ labels: true, query: state.query });
   }
 
   build() {
@@ -77,7 +123,7 @@ class LabelSheet {
       "header",
       "",
       {},
-      make("h2", "Label the grasps of " + plain(model.sides[0].name)),
+      make("h2", "Label the " + plain(model.sides[0].title)),
       make("span", "", { class: "progress" }, this.bar, this.told),
       button("Next without label", () => this.next()),
       make("label", "", {}, rules, " show what the rule says"),
@@ -104,7 +150,7 @@ class LabelSheet {
     const name = make("span", model.name(item) + (object ? " on " + plain(object) : ""));
     const line = make("p", "", {}, name, make("strong", "", { class: "label" }));
     const said = model.rule(item) ? ` (${model.rule(item)})` : "";
-    const rule = make("div", `rule: ${plain(model.text("label", item))}${said}`, { class: "rule" });
+    const rule = make("div", `rule: ${plain(model.byRule(item))}${said}`, { class: "rule" });
     const card = make("div", "", { class: "card", tabindex: 0, role: "button" }, ...views, line, rule);
     card.dataset.item = item;
     card.addEventListener("focus", () => {
@@ -128,21 +174,19 @@ class LabelSheet {
 
   show() {
     this.items.forEach((item, place) => {
-      const label = labels.get(item) ?? "";
+      const label = given.to(item);
       this.cards[place].classList.toggle("labelled", label !== "");
       this.cards[place].querySelector(".label").textContent = plain(label);
       this.cards[place].setAttribute("aria-label", `${model.name(item)} ${plain(label) || "without label"}`);
     });
     this.bar.max = this.items.length;
-    this.bar.value = labels.size;
-    this.told.textContent = `${labels.size} of ${this.items.length} labelled`;
+    const count = given.count();
+    this.bar.value = count;
+    this.told.textContent = `${count} of ${this.items.length} labelled`;
   }
 
   give(label) {
-    const item = this.items[this.current];
-    if (label) labels.set(item, label);
-    else labels.delete(item);
-    memory.set(this.key, JSON.stringify(this.items.map((other, place) => [place, labels.get(other) ?? ""])));
+    given.give(this.items[this.current], label);
     this.show();
   }
 
@@ -154,7 +198,7 @@ class LabelSheet {
   next() {
     for (let step = 1; step <= this.items.length; step++) {
       const place = (this.current + step) % this.items.length;
-      if (!labels.has(this.items[place])) return this.go(place);
+      if (!given.to(this.items[place])) return this.go(place);
     }
   }
 
@@ -235,10 +279,10 @@ class LabelSheet {
   // A line for each labelled grasp; a label of a minimum is that of all its grasps.
   csv() {
     const rows = this.items
-      .filter(item => labels.has(item))
+      .filter(item => given.to(item))
       .flatMap(item => {
         const [side, k] = model.at(item);
-        return side.members[k].split(" ").map(id => id + "," + quoted(labels.get(item)));
+        return side.members[k].split(" ").map(id => id + "," + quoted(given.to(item)));
       });
     return ["id,label", ...rows].join("\n") + "\n";
   }

@@ -11,13 +11,17 @@ function setQuery(text) {
 function heading() {
   const { sides } = model;
   const [side] = sides;
-  const title = sides.length > 1 ? sides.map(one => one.name.replace(/\.landscape$/, "")).join(" and ") : side.title;
+  const same = sides.length > 1 && sides[0].subject && sides[0].subject === sides[1].subject;
+  const title =
+    sides.length === 1 ? side.title : same ? `${side.subject}: ${sides.map(one => one.name).join(" and ")}` : sides.map(sideName).join(" and ");
   document.title = title;
   byId("title").textContent = title;
   const minima = one => `${plural(one.count, "minimum", "minima")} in ${plural(one.groups, "group", "groups")}`;
   byId("subtitle").textContent =
-    side.item === "grasp" ? "Click a grasp to choose it; Label names their types." : sides.map(minima).join(" · ");
-  if (side.space?.kind !== "pose") byId("query").placeholder = "Search: m3, energy < 0, not g0";
+    side.item === "grasp"
+      ? `${plain(side.name)}. Click a grasp to choose it; Label names the types.`
+      : [...sides.map(minima), ...(sides.length > 1 ? model.header.difference.notes.filter(note => /objects/.test(note)) : [])].join(" · ");
+  byId("query").placeholder = "Search: " + examples(model).slice(0, 4).join(", ");
   const command = make("code", model.header.command);
   byId("made").replaceChildren(`Made by ${model.header.made_by} with `, command, ". This page needs no network.");
 }
@@ -48,6 +52,8 @@ function makePanels() {
     panels[name] = new Panel(byId(name));
   };
   const two = model.sides.length > 1;
+  // The first row of the table is what is shown at the start, so the table is made before the others.
+  panels.table = new TablePanel(byId("table"));
   if (side.tree && !two) {
     show("tree", TreePanel);
     show("graph", GraphPanel);
@@ -57,13 +63,15 @@ function makePanels() {
   else if (side.coordinates && side.space.dimensions > 0) show("flat", FlatPanel);
   if (side.tree) panels.way = new WayPanel(byId("way"));
   if (panels.scene?.views) panels.pins = new PinsPanel(byId("pins"));
-  panels.table = new TablePanel(byId("table"));
+  if (side.likeness) show("likeness", LikenessPanel);
   if (side.type) show("matrix", MatrixPanel);
   if (two) {
     byId("moved").hidden = false;
     showMoved(byId("moved"));
   } else if (side.rarefaction && side.space?.kind === "pose") show("rarefaction", RarefactionPanel);
   if (side.members?.length && side.label && !two) panels.label = new LabelSheet(byId("labelling"));
+  new Legend(byId("legend"));
+  explainHeadings();
   document.body.dataset.panels = Object.keys(panels)
     .filter(name => !byId(name)?.hidden)
     .join(" ");
@@ -71,11 +79,14 @@ function makePanels() {
 
 function tools() {
   const colour = byId("colour");
-  colour.append(...colourings().map(([name, words]) => make("option", words, { value: name })));
-  colour.addEventListener("change", () => change({ colour: colour.value }));
+  // While there is a level, colours show families. To choose another colour takes the level away.
+  const families = make("option", "families", { value: "family" });
+  colour.append(...colourings().map(([name, words]) => make("option", words, { value: name })), families);
+  colour.addEventListener("change", () => change({ colour: colour.value, level: null }));
   watch(["colour", "level"], () => {
-    colour.value = state.colour;
-    colour.disabled = state.level !== null;
+    families.hidden = families.disabled = state.level === null;
+    colour.value = state.level === null ? state.colour : "family";
+    colour.title = state.level === null ? "" : "Colours show the families below the level line; choose another colour to take the line away.";
   });
   const query = byId("query");
   query.addEventListener("input", () => change({ query: query.value }));
@@ -97,7 +108,10 @@ function tools() {
       query.focus();
     } else if (event.key === "p" && panels.pins) pin(looked());
     else if (event.key === "?") openHelp();
-    else if (event.key === "Escape") change({ selected: [], hover: null });
+    else if (event.key === "Escape") {
+      tip(null);
+      change({ selected: [], hover: null });
+    }
   });
 }
 
@@ -118,6 +132,8 @@ function openHelp() {
       "Drag the handle at the left of the tree: what is joined below the line takes one colour everywhere. Arrow keys move it.",
       panels.tree,
     ],
+    ["Branch", "Click a join of the tree, or Zoom in, to see only what hangs below it; Whole tree goes back.", panels.tree],
+    ["Colours", "The legend says what they mean. Click an entry to see only those; the filter stays in sight until you click it away."],
     ["Label", "opens a sheet of pictures on which types are given by keyboard.", panels.label],
     ["p", "pins the grasp that is looked at, up to six.", panels.pins],
     ["/", "goes to the search field. Names, words and comparisons can be joined by and, or, not and parentheses."],
@@ -128,17 +144,7 @@ function openHelp() {
     ],
     ["Link", "What you see stands in the address. Export shows the link and the commands."],
   ].filter(([, , there = true]) => there);
-  const examples = [
-    [true, side.item === "grasp" ? "#" + side.members[0] : "m3"],
-    [grasps, "tripod"],
-    [grasps, "energy < 0.2 and epsilon > 0.05"],
-    [model.knows("stable"), "stable and epsilon > 0.05"],
-    [side.tree, "members > 3"],
-    [side.tree?.resamplings, "evidence = saddle or support >= 95%"],
-    [side.tree && !side.tree.resamplings, "evidence = saddle"],
-    [grasps, "not power"],
-  ].filter(([there]) => there);
-  const tries = examples.map(([, text]) =>
+  const tries = examples(model).map(text =>
     button(text, () => {
       dialog.close();
       setQuery(text);

@@ -15,7 +15,7 @@ class MatrixPanel {
   constructor(section) {
     this.table = make("table", "", { class: "types" });
     this.others = make("p", "", { class: "others" });
-    section.append(this.table, this.others);
+    section.append(make("div", "", { class: "wide", tabindex: -1 }, this.table), this.others);
     this.columns = [...new Set(model.header.taxonomy.map(type => type.cell.split("/").slice(0, 3).join("/")))];
     const rank = column => ["power", "intermediate", "precision"].indexOf(column.split("/")[0]);
     this.columns.sort((a, b) => rank(a) - rank(b));

@@ -173,11 +173,12 @@ function nearest(count, reach, distance) {
 }
 
 // Parts of the state on which pictures of all items depend.
-const OF_ITEMS = ["selected", "level", "query", "colour", "pins"];
+const OF_ITEMS = ["selected", "level", "query", "colour", "pins", "labels"];
 
 // A canvas in a panel that is painted again when some `parts` of the state change. `paint(pen, width, height)` paints it;
 // `mark(pen)` adds what shows the item under the pointer, over a copy of what was painted, so that moving the pointer is
-// quick however many items there are; `found([x, y])` says what is at a place: `{ item }`, `{ item: null, lines }` or null.
+// quick however many items there are; `found([x, y])` says what is at a place: `{ item }`, `{ item: null, lines, act }` or null; `act` is
+// what a click there does.
 class Drawing {
   constructor(section, label, parts, paint, mark = null, found = null) {
     Object.assign(this, { paint, mark, found });
@@ -197,7 +198,10 @@ class Drawing {
       change({ hover: null });
     });
     this.canvas.addEventListener("click", event => {
-      if (!this.dragged) select(this.found(this.placeOf(event))?.item ?? null);
+      if (this.dragged) return;
+      const found = this.found(this.placeOf(event));
+      if (found?.act) found.act();
+      else select(found?.item ?? null);
     });
   }
 

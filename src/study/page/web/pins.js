@@ -63,12 +63,12 @@ class ScenePanel {
       const words =
         "This browser cannot draw in three dimensions (WebGL is missing or switched off). Tree, graph and table work without it.";
       this.box.append(make("p", words, { class: "alone" }));
-      watch(["hover", "selected", "step", "level", "query"], () => this.say());
+      watch(["hover", "selected", "step", "level", "query", "sort", "labels"], () => this.say());
       return;
     }
     this.views = model.sides.map((_, number) => this.view(number));
     this.tools(section);
-    watch(["hover", "selected", "step", "level", "query", "cones", "camera", "look"], () => this.show());
+    watch(["hover", "selected", "step", "level", "query", "sort", "labels", "cones", "camera", "look"], () => this.show());
   }
 
   view(number) {
@@ -176,7 +176,7 @@ class ScenePanel {
     const kin = family(item);
     const words = described(item);
     if (kin && kin.length > 1)
-      words.push(`family of ${kin.length} minima below ${shown(state.level, 3)}: lighter hands; where they touch is orange`);
+      words.push(`the pale hands are the other ${kin.length - 1} of this family (level ${shown(state.level, 3)}); orange: where they touch`);
     if (model.sides.length > 1 && model.partner[item] === NONE) words.push("has no counterpart in the other landscape");
     this.caption.textContent = words.join(" · ");
   }
@@ -210,7 +210,7 @@ class PinsPanel {
     this.section = section;
     this.row = make("div", "", { class: "pins" });
     section.append(this.row);
-    watch(["pins"], () => this.show());
+    watch(["pins", "labels"], () => this.show());
     watch(["camera", "cones", "look"], () => this.draw());
   }
 

@@ -8,6 +8,8 @@ const state = {
   selected: [], // at most two items; two show the way between them
   level: null, // an energy that divides the tree into superbasins
   query: "", // the text of the search field
+  chips: [], // filters that stay in sight: texts as in the search field
+  branch: null, // the node of the tree of which only what hangs below is shown
   pins: [], // at most six items
   colour: "", // what colours show
   camera: null, // [azimuth, elevation, zoom], degrees
@@ -16,8 +18,8 @@ const state = {
   cones: false, // whether friction cones are shown
 };
 
-// Derived from it: which items pass the filter, and the superbasins.
-const derived = { passes: null, passing: 0, problem: "", basins: null };
+// Derived from it: which items pass the filter, the superbasins, and the first item of the table.
+const derived = { passes: null, passing: 0, problem: "", basins: null, first: 0 };
 
 const MOST_PINS = 6;
 const watchers = [];
@@ -36,8 +38,17 @@ function change(changes) {
     stale.add(part);
   }
   if (stale.has("pins") && /pinned/i.test(state.query)) stale.add("query");
+  if (stale.has("level")) {
+    derived.basins = basinsAt(state.level);
+    // Without a level there are no families to filter by.
+    if (!derived.basins && state.chips.some(chip => fieldOf(chip) === "family")) {
+      state.chips = state.chips.filter(chip => fieldOf(chip) !== "family");
+      stale.add("chips");
+    }
+  }
+  // A change of these changes what passes.
+  if (["chips", "labels"].some(part => stale.has(part)) || (stale.has("level") && /family/i.test(state.query + filterText()))) stale.add("query");
   if (stale.has("query") || derived.passes === null) filterItems();
-  if (stale.has("level")) derived.basins = basinsAt(state.level);
   if (!scheduled && stale.size) {
     scheduled = true;
     requestAnimationFrame(refresh);
@@ -52,8 +63,32 @@ function refresh() {
   if (parts.some(part => part !== "hover")) keepInAddress();
 }
 
+// All filters as one text: the search, and the chips. Chips of one field are alternatives.
+function filterText() {
+  const fields = new Map();
+  for (const chip of state.chips) {
+    const field = fieldOf(chip);
+    fields.set(field, [...(fields.get(field) ?? []), `(${chip})`]);
+  }
+  return [...fields.values()].map(chips => `(${chips.join(" or ")})`).join(" ");
+}
+
+// What a chip is about: its name of a field, or a word that stands for one.
+function fieldOf(chip) {
+  const word = chip.match(/[\wε]+/)?.[0] ?? "";
+  if (/^(not|stable|unstable|simulated)$/.test(word)) return "stable";
+  return /^g\d+$/.test(word) ? "group" : word;
+}
+
+function toggleChip(chip) {
+  change({ chips: state.chips.includes(chip) ? state.chips.filter(other => other !== chip) : [...state.chips, chip] });
+}
+
 function filterItems() {
-  const { test, problem } = compiled(state.query, model);
+  const searched = compiled(state.query, model);
+  const chosen = compiled(filterText(), model);
+  const test = item => searched.test(item) && chosen.test(item);
+  const problem = searched.problem || chosen.problem;
   const passes = new Uint8Array(model.count);
   for (let item = 0; item < model.count; item++) passes[item] = test(item) ? 1 : 0;
   Object.assign(derived, { passes, passing: passes.reduce((sum, pass) => sum + pass, 0), problem });
@@ -79,9 +114,9 @@ function pin(item) {
   change({ pins });
 }
 
-// The item that is looked at: under the pointer, else chosen last, else the first that passes.
+// The item that is looked at: under the pointer, else chosen last, else the first of the table.
 function looked() {
-  return state.hover ?? state.selected.at(-1) ?? Math.max(0, derived.passes.indexOf(1));
+  return state.hover ?? state.selected.at(-1) ?? derived.first;
 }
 
 let written = null;
@@ -113,8 +148,10 @@ function fragment() {
     step: state.step ? String(Number(state.step.toFixed(4))) : "",
     sort: state.sort === "energy" ? "" : state.sort,
     cones: state.cones ? "1" : "",
+    branch: state.branch === null ? "" : String(state.branch),
   };
-  return new URLSearchParams(Object.entries(parts).filter(([, value]) => value !== "")).toString();
+  const all = Object.entries(parts).filter(([, value]) => value !== "");
+  return new URLSearchParams([...all, ...state.chips.map(chip => ["chip", chip])]).toString();
 }
 
 // Reads the address. What it does not name is as at the start; what makes no sense is left out.
@@ -126,10 +163,12 @@ function readAddress() {
       .map(text => model.named(text))
       .filter(item => item !== null);
   const number = name => (parts.has(name) && Number.isFinite(Number(parts.get(name))) ? Number(parts.get(name)) : null);
+  const level = model.sides[0].tree ? number("level") : null;
+  derived.basins = basinsAt(level);
   const camera = (parts.get("cam") ?? "").split(",").map(Number);
   change({
     selected: items("sel").slice(0, 2),
-    level: model.sides[0].tree ? number("level") : null,
+    level,
     query: parts.get("q") ?? "",
     pins: [...new Set(items("pin"))].slice(0, MOST_PINS),
     colour: colourings().some(([name]) => name === parts.get("colour")) ? parts.get("colour") : firstColour(),
@@ -137,7 +176,16 @@ function readAddress() {
     step: Math.min(1, Math.max(0, number("step") ?? 0)),
     sort: parts.get("sort") ?? "energy",
     cones: parts.get("cones") === "1",
+    chips: [...new Set(parts.getAll("chip"))].filter(chip => compiled(chip, model).problem === ""),
+    branch: branchNamed(parts.get("branch")),
   });
+}
+
+// The merge of the tree with this number, or null.
+function branchNamed(text) {
+  const [side] = model.sides;
+  const node = /^\d+$/.test(text ?? "") ? Number(text) : -1;
+  return side.tree && model.sides.length === 1 && node >= side.count && node < side.tree.energy.length ? node : null;
 }
 
 window.addEventListener("hashchange", () => {

@@ -18,8 +18,8 @@ class TablePanel {
     this.scroll.addEventListener("keydown", event => this.key(event));
     new ResizeObserver(() => this.rows()).observe(this.scroll);
     watch(["query", "sort", "level", "labels"], () => this.order());
-    watch(["selected", "pins", "colour", "look"], () => this.rows());
-    watch(["hover"], () => this.hover());
+    watch(["selected", "pins", "hover"], () => this.mark());
+    watch(["colour", "look"], () => this.rows());
     for (const column of this.columns) this.head.append(this.heading(column));
     // Without a column of words the numbers share the width.
     const widths = this.columns.map(({ width }) => (side.label ? width : `minmax(${width}, 1fr)`));
@@ -38,23 +38,23 @@ class TablePanel {
     });
     const text = (name, words, width, value) => ({ name, words, width, value, text: value });
     const all = [
-      text("name", side.item === "grasp" ? "grasp" : "minimum", "4.6rem", item => model.name(item)),
-      number("energy", "energy", "4.8rem"),
-      side.group && number("group", "group", "3.6rem", 1),
-      side.member_count && number("members", grasps ? "grasps" : "found", "3.8rem", 1),
-      side.epsilon && number("epsilon", "ε", "3.6rem", 3),
+      text("name", side.item === "grasp" ? "grasp" : "minimum", "5em", item => model.name(item)),
+      side.label && text("label", "type", "minmax(6.5em, 1fr)", item => model.text("label", item)),
+      number("energy", "energy", "4.4em"),
+      side.group && number("group", "group", "3.5em", 1),
+      side.member_count && number("members", grasps ? "grasps" : "found", "3.8em", 1),
+      side.epsilon && number("epsilon", "ε", "3.4em", 3),
       model.knows("stable") && {
-        ...number("stable", "held", "4rem", 1),
+        ...number("stable", "held", "3.4em", 1),
         text: item => ["fell", "held"][model.number("stable", item)] ?? "–",
       },
-      side.tree && number("joins", "joins at", "4.4rem"),
+      side.tree && number("joins", "joins at", "4.4em"),
       side.tree?.resamplings && {
-        ...number("support", "support", "4.2rem"),
+        ...number("support", "support", "4.2em"),
         text: item => percent(model.number("support", item)),
       },
-      side.tree && text("evidence", "evidence", "4.6rem", item => model.evidence(item)),
-      side.label && text("label", "type", "minmax(7.5rem, 1fr)", item => given(item)),
-      model.knows("object") && text("object", "object", "minmax(6rem, .6fr)", item => model.text("object", item)),
+      side.tree && text("evidence", "evidence", "5.2em", item => model.evidence(item)),
+      side.object?.texts.length > 1 && text("object", "object", "minmax(6em, .6fr)", item => model.text("object", item)),
     ];
     return all.filter(column => column);
   }
@@ -62,7 +62,7 @@ class TablePanel {
   heading(column) {
     const sort = () => change({ sort: state.sort === column.name ? "-" + column.name : column.name });
     const attributes = { role: "columnheader", class: column.number ? "number" : false, "data-name": column.name };
-    return make("span", "", attributes, button(column.words, sort));
+    return make("span", "", attributes, explain(button(column.words, sort), meaning(column.name)));
   }
 
   order() {
@@ -81,6 +81,7 @@ class TablePanel {
       const own = cell.dataset.name === column.name;
       cell.setAttribute("aria-sort", own ? (sign > 0 ? "ascending" : "descending") : "none");
     }
+    derived.first = this.items[0] ?? 0;
     const [shown, all] = [this.items.length, model.count];
     this.count.textContent = shown === all ? ` ${all}` : ` ${shown} of ${all}`;
     this.scroll.setAttribute("aria-rowcount", this.items.length);
@@ -93,10 +94,18 @@ class TablePanel {
     const first = Math.max(0, Math.floor(this.scroll.scrollTop / ROW) - 4);
     const last = Math.min(this.items.length, first + Math.ceil(this.scroll.clientHeight / ROW) + 9);
     this.body.replaceChildren(...this.items.slice(first, last).map((item, k) => this.row(item, first + k)));
+    this.mark();
   }
 
-  hover() {
-    for (const row of this.body.children) row.classList.toggle("hover", Number(row.dataset.item) === state.hover);
+  // Which rows are under the pointer, chosen, pinned, or shown while none of them is chosen.
+  mark() {
+    for (const row of this.body.children) {
+      const item = Number(row.dataset.item);
+      row.classList.toggle("hover", item === looked());
+      row.classList.toggle("selected", state.selected.includes(item));
+      row.classList.toggle("pinned", state.pins.includes(item));
+      row.setAttribute("aria-selected", String(state.selected.includes(item)));
+    }
   }
 
   row(item, place) {
@@ -107,26 +116,30 @@ class TablePanel {
         dot.style.background = colourOf(item);
         cell.prepend(dot);
       }
-      if (column.name === "label" && model.rule(item)) cell.title = model.rule(item);
+      if (column.name === "label") cell.title = this.aboutLabel(item);
+      if (column.name === "evidence" && model.evidence(item)) cell.title = EVIDENCE_WORDS[model.evidence(item)];
       return cell;
     });
-    const selected = state.selected.includes(item);
     const attributes = {
       class: "row",
       role: "row",
       "data-item": item,
-      "aria-selected": String(selected),
       "aria-rowindex": place + 1,
       onclick: () => select(item),
       onpointerenter: () => change({ hover: item }),
       onpointerleave: () => change({ hover: null }),
     };
     const row = make("div", "", attributes, ...cells);
-    row.classList.toggle("hover", item === state.hover);
-    row.classList.toggle("selected", selected);
-    row.classList.toggle("pinned", state.pins.includes(item));
     row.style.top = place * ROW + "px";
     return row;
+  }
+
+  // Where a label comes from, and the types that fit best by the rule.
+  aboutLabel(item) {
+    const from = model.own.has(item) ? "given in this browser" : model.text("given", item) ? "given by a person, in the file" : "by the rule";
+    const rule = model.rule(item);
+    const words = `${model.text("label", item)}, ${from}`;
+    return rule ? `${words}; best by the rule: ${rule}` : words;
   }
 
   key(event) {

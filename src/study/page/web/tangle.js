@@ -60,7 +60,7 @@ class TanglePanel {
     this.scales(w, h);
     model.sides.forEach((side, number) => {
       const anchor = number ? "end" : "start";
-      pen.text([number ? w - 14 : 14, 12], plain(side.name, w / 17), { fill: look.ink, size: 12.5, anchor, weight: 600 });
+      pen.text([number ? w - 14 : 14, 12], plain(sideName(side), w / 15), { fill: look.ink, size: 12.5, anchor, weight: 600 });
       for (const [value] of ticks(this.low, this.high, 4)) {
         const x = this.x(number, value);
         pen.line(x, 28, x, h - 38, { stroke: look.faint });
@@ -77,6 +77,21 @@ class TanglePanel {
       const alpha = derived.passes[item] ? 1 : 0.2;
       pen.circle(this.at(item), 3.4, { fill: colourOf(item), stroke: look.line, width: 0.8, alpha });
     }
+    this.names(pen);
+  }
+
+  // Names beside the leaves, the deepest first, where they do not cover each other.
+  names(pen) {
+    model.sides.forEach((side, number) => {
+      const taken = [];
+      for (let k = 0; k < side.count; k++) {
+        const item = model.offsets[number] + k;
+        const [x, y] = this.at(item);
+        if (taken.some(([tx, ty]) => Math.abs(ty - y) < 10 && Math.abs(tx - x) < 30)) continue;
+        taken.push([x, y]);
+        pen.label([x + (number ? -7 : 7), y], model.name(item), { size: 10, anchor: number ? "end" : "start" });
+      }
+    });
   }
 
   mark(pen) {
@@ -131,9 +146,17 @@ function familyStroke(children, node, side, offset) {
   return familyColour(offset + node) ?? look.line;
 }
 
-// What moved, vanished and appeared, the largest changes first.
+// How many minima are in both landscapes, and what counts as the same.
+function alike(count, within) {
+  const [one, other] = model.sides.map(side => side.count);
+  const reach = model.sides[0].space?.kind === "pose" ? `${Number((1e3 * within).toPrecision(3))} mm` : shown(within);
+  const are = count === 1 ? "minimum is" : "minima are";
+  return `${count} ${are} the same in both (of ${one} and of ${other}; at most ${reach} apart)`;
+}
+
+// What moved, and what is in one of the two only, the largest changes first.
 function showMoved(section) {
-  const { matches, possible, vanished, appeared, merges, within } = model.header.difference;
+  const { matches, possible, vanished, appeared, merges, within, notes } = model.header.difference;
   const [, offset] = model.offsets;
   const link = item =>
     button(model.name(item), () => select(item), { class: "link", onpointerenter: () => change({ hover: item }) });
@@ -160,10 +183,8 @@ function showMoved(section) {
   const heights = changed(merges, merge => (merge.after ?? Infinity) - merge.before);
   const energies = items => items.map(item => [link(item), shown(model.energy(item))]);
   section.append(
-    make(
-      "p",
-      `${matches.length} minima correspond (within ${shown(within, 3)}); ${vanished.length} vanished, ${appeared.length} appeared.`,
-    ),
+    ...notes.map(note => make("p", `${note[0].toUpperCase()}${note.slice(1)}.`, { class: "differs" })),
+    make("p", `${alike(matches.length, within)}; ${vanished.length} only in the first, ${appeared.length} only in the second.`),
     ...list(
       "Energies that moved most",
       ["before", "after", "energy", "change"],
@@ -189,7 +210,7 @@ function showMoved(section) {
         shown(distance),
       ]),
     ),
-    ...list("Vanished", ["minimum", "energy"], energies(vanished)),
-    ...list("Appeared", ["minimum", "energy"], energies(appeared.map(item => offset + item))),
+    ...list("Only in the first", ["minimum", "energy"], energies(vanished)),
+    ...list("Only in the second", ["minimum", "energy"], energies(appeared.map(item => offset + item))),
   );
 }

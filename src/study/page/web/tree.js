@@ -6,10 +6,10 @@ const CROWN = 30;
 const CHIP = { height: 22, parked: 13 };
 
 const EVIDENCE_WORDS = {
-  saddle: "a verified saddle: the true pass",
-  seam: "the verified lowest point of a seam",
+  saddle: "the lowest pass found; its slope is zero (verified)",
+  seam: "the lowest pass found; it is the lowest point of a seam (verified)",
   given: "a transition state of another program, taken at its word",
-  path: "the top of a relaxed path",
+  path: "the lowest pass found; it is the top of a relaxed path",
   chain: "an upper bound: the pass may lie lower",
   none: "no path",
 };
@@ -20,6 +20,7 @@ class TreePanel {
     this.zoom = { from: 0, to: 1 };
     this.whole = false;
     this.children = childrenOf(this.side.tree);
+    this.heading = section.querySelector("h2");
     this.drawing = new Drawing(
       section,
       "Disconnectivity graph",
@@ -29,18 +30,44 @@ class TreePanel {
       at => this.found(at),
     );
     this.drawing.order = Array.from(this.side.tree.order);
-    this.measure();
+    this.enter();
     this.tools(section);
+    watch(["branch"], () => {
+      this.enter();
+      this.drawing.draw();
+    });
     this.moves();
     this.levelHandle(section);
   }
 
+  // Shows what hangs below the chosen branch, or the whole tree: which nodes that are, and the places of its leaves.
+  enter() {
+    const { tree, count } = this.side;
+    const { branch } = state;
+    this.inside = new Uint8Array(tree.energy.length).fill(branch === null ? 1 : 0);
+    const waiting = branch === null ? [] : [branch];
+    for (const node of waiting) {
+      this.inside[node] = 1;
+      waiting.push(...this.children[node]);
+    }
+    const leaves = Array.from(tree.order).filter(leaf => this.inside[leaf]);
+    const places = leaves.map(leaf => tree.x[leaf]);
+    this.drawing.order = leaves;
+    this.first = branch === null ? 0 : Math.min(...places);
+    this.columns = branch === null ? tree.width + 1 : Math.max(...places) - this.first + 1;
+    this.zoom = { from: 0, to: 1 };
+    this.heading.textContent = branch === null ? "Disconnectivity graph" : `A branch: ${leaves.length} of ${count} minima`;
+    this.measure();
+  }
+
   // The energies that are shown. A few high merges may squash the others: then those are cut off.
   measure() {
-    const { side } = this;
-    const merges = Array.from(side.tree.energy.subarray(side.count)).sort((a, b) => a - b);
-    this.low = side.count ? side.energy.reduce((a, b) => Math.min(a, b)) : 0;
-    this.high = merges.at(-1) ?? Math.max(...side.energy, this.low + 1);
+    const { side, inside } = this;
+    const energies = side.energy.filter((_, item) => inside[item]);
+    const merges = Array.from(side.tree.energy).filter((_, node) => node >= side.count && inside[node]);
+    merges.sort((a, b) => a - b);
+    this.low = energies.length ? energies.reduce((a, b) => Math.min(a, b)) : 0;
+    this.high = merges.at(-1) ?? Math.max(...energies, this.low + 1);
     const usual = merges[Math.floor((merges.length * 19) / 20)] ?? this.high;
     const cut = !this.whole && this.high - this.low >= 2 * (usual - this.low) && usual < this.high;
     this.hidden = cut ? merges.filter(height => height > usual).length : 0;
@@ -55,8 +82,8 @@ class TreePanel {
     const inner = w - EDGE.left - EDGE.right;
     const height = h - CROWN - EDGE.bottom;
     this.box = [w, h];
-    this.unit = inner / ((to - from) * (tree.width + 1));
-    this.x = node => EDGE.left + inner * (((tree.x[node] + 0.5) / (tree.width + 1) - from) / (to - from));
+    this.unit = inner / ((to - from) * this.columns);
+    this.x = node => EDGE.left + inner * (((tree.x[node] - this.first + 0.5) / this.columns - from) / (to - from));
     this.y = energy => CROWN + (height * (this.top - Math.min(energy, this.top))) / (this.top - this.bottom);
     this.energyAt = y => this.top - ((y - CROWN) / height) * (this.top - this.bottom);
   }
@@ -100,8 +127,9 @@ class TreePanel {
     const { tree, count } = this.side;
     const { parent, energy } = tree;
     for (let node = 0; node < energy.length; node++) {
+      if (!this.inside[node]) continue;
       const [x, y] = [this.x(node), this.y(energy[node])];
-      const above = parent[node];
+      const above = node === state.branch ? NONE : parent[node];
       const own = this.branchStyle(node);
       const style = above === NONE ? own : this.branchStyle(above);
       const end = above === NONE ? this.y(this.top) - 4 : this.y(energy[above]);
@@ -128,6 +156,7 @@ class TreePanel {
     const { nodes, top } = routeInTree(this.side.tree, state.selected);
     for (const node of nodes) {
       const above = parent[node];
+      if (!this.inside[node] || !this.inside[above]) continue;
       const [x, y] = [this.x(node), this.y(energy[above])];
       const corners = [
         [x, this.y(energy[node])],
@@ -136,7 +165,7 @@ class TreePanel {
       ];
       pen.path(corners, { stroke: look.route, width: 3 });
     }
-    if (top !== null) pen.circle([this.x(top), this.y(energy[top])], 5, { fill: look.route, stroke: look.paper, width: 1.5 });
+    if (top !== null && this.inside[top]) pen.circle([this.x(top), this.y(energy[top])], 5, { fill: look.route, stroke: look.paper, width: 1.5 });
   }
 
   at(item) {
@@ -166,26 +195,35 @@ class TreePanel {
   }
 
   mark(pen) {
-    rings((item, stroke, width, gap) => pen.circle(this.at(item), this.radius(item) + gap, { stroke, width }));
-    rings(item => this.name(pen, item, { fill: look.ink, weight: 600 }));
+    const inside = ring => rings((item, ...style) => this.inside[item] && ring(item, ...style));
+    inside((item, stroke, width, gap) => pen.circle(this.at(item), this.radius(item) + gap, { stroke, width }));
+    inside(item => this.name(pen, item, { fill: look.ink, weight: 600 }));
   }
 
   found([x, y]) {
     const { tree, count } = this.side;
-    const item =
-      nearest(count, 14, leaf => Math.hypot(this.x(leaf) - x, this.y(this.side.energy[leaf]) - y)) ??
-      nearest(count, 5, leaf => {
-        const top = tree.parent[leaf] === NONE ? this.top : tree.energy[tree.parent[leaf]];
-        const along = y <= this.y(this.side.energy[leaf]) && y >= this.y(top);
-        return along ? Math.abs(this.x(leaf) - x) : Infinity;
-      });
+    const only = distance => node => (this.inside[node] ? distance(node) : Infinity);
+    // The line upward from a node, to the bar in which it ends.
+    const stem = only(node => {
+      const top = tree.parent[node] === NONE ? this.top : tree.energy[tree.parent[node]];
+      const along = y <= this.y(tree.energy[node]) && y >= this.y(top);
+      return along ? Math.abs(this.x(node) - x) : Infinity;
+    });
+    const leaf = only(item => Math.hypot(this.x(item) - x, this.y(this.side.energy[item]) - y));
+    const item = nearest(count, 14, leaf) ?? nearest(count, 5, stem);
     if (item !== null) return { item };
-    for (let node = count; node < tree.energy.length; node++) {
-      if (Math.abs(this.y(tree.energy[node]) - y) >= 5) continue;
+    const bar = node => {
+      const off = Math.abs(this.y(tree.energy[node]) - y);
+      if (off >= 5) return Infinity;
       const ends = this.children[node].map(child => this.x(child));
-      if (x > Math.min(...ends) - 4 && x < Math.max(...ends) + 4) return { item: null, lines: this.told(node) };
-    }
-    return null;
+      const along = x > Math.min(...ends) - 4 && x < Math.max(...ends) + 4;
+      return along ? off : Infinity;
+    };
+    const merges = tree.energy.length - count;
+    const merge = nearest(merges, 5, k => only(bar)(count + k)) ?? nearest(merges, 4, k => stem(count + k));
+    if (merge === null) return null;
+    const click = count + merge === state.branch ? [] : ["click to see only what hangs below"];
+    return { item: null, lines: [...this.told(count + merge), ...click], act: () => change({ branch: count + merge, hover: null }) };
   }
 
   // What is said of a merge.
@@ -195,7 +233,7 @@ class TreePanel {
     return [
       `merge at ${shown(tree.energy[node])}`,
       EVIDENCE_WORDS[model.header.evidence[tree.evidence[node]]],
-      Number.isNaN(share) ? null : `found in ${percent(share)} of ${tree.resamplings} resampled trees`,
+      Number.isNaN(share) ? null : `found in ${percent(share)} of ${tree.resamplings} trees from random choices of the chains run`,
     ].filter(line => line);
   }
 
@@ -209,18 +247,45 @@ class TreePanel {
       this.setLevel(state.level === null ? (this.top + this.low) / 2 : null),
     );
     watch(["level"], () => level.setAttribute("aria-pressed", String(state.level !== null)));
+    const zoom = button("", () => change({ branch: state.branch === null ? this.branchOfLooked() : null }), { id: "tree-branch" });
+    watch(["branch", "level", "hover", "selected", "query", "sort"], () => {
+      const whole = state.branch === null;
+      const family = whole && this.familyOf(looked()) !== null;
+      const words = family
+        ? `Zoom into this family: that of ${model.name(looked())}`
+        : whole
+          ? `Zoom into the branch of ${model.name(looked())}`
+          : "Show the whole tree";
+      zoom.textContent = whole ? "Zoom in" : "Whole tree";
+      zoom.title = words;
+      zoom.setAttribute("aria-label", words);
+      zoom.disabled = whole && this.branchOfLooked() === null;
+    });
     addTools(
       section,
       ...(this.hidden ? [all] : []),
+      zoom,
       level,
       tool("−", "Show more of the tree", () => this.enlarge(1.6)),
       tool("+", "Enlarge the tree", () => this.enlarge(1 / 1.6)),
     );
   }
 
+  // The node on top of the family of an item, if it has more than one member.
+  familyOf(item) {
+    const top = model.count && derived.basins ? derived.basins.top[item] : NONE;
+    return top !== NONE && top >= this.side.count ? top : null;
+  }
+
+  // The branch that the button shows: the family of the item that is looked at, else what its next merge joins.
+  branchOfLooked() {
+    const next = this.side.merge[looked()] ?? NONE;
+    return this.familyOf(looked()) ?? (next === NONE ? null : next);
+  }
+
   enlarge(factor) {
     const { from, to } = this.zoom;
-    const half = Math.min(0.5, Math.max(((to - from) / 2) * factor, 2 / (this.side.count + 2)));
+    const half = Math.min(0.5, Math.max(((to - from) / 2) * factor, 2 / (this.columns + 2)));
     this.show((from + to) / 2 - half, 2 * half);
   }
 
@@ -295,7 +360,7 @@ class TreePanel {
 
   // Height of the middle of the handle: at the level, or above the tree.
   chip() {
-    return state.level === null ? CHIP.parked : this.y(state.level);
+    return state.level === null ? CHIP.parked : Math.min(this.y(state.level), this.box[1] - EDGE.bottom);
   }
 
   placeHandle() {

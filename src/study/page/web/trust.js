@@ -1,12 +1,12 @@
 // The strip about trust, and the curve of what is still unseen.
 "use strict";
 
-const TONES = { good: "●", care: "◐", warning: "▲" };
+const TONES = { good: "●", care: "◐", warning: "▲", note: "○" };
 
 function showTrust(section) {
   const statement = ({ tone, short, long }) =>
     make("details", "", { class: tone, name: "trust" }, make("summary", "", {}, make("i", TONES[tone]), short), make("p", long));
-  const name = side => (model.sides.length > 1 ? [make("strong", side.name)] : []);
+  const name = side => (model.sides.length > 1 ? [make("strong", sideName(side))] : []);
   const rows = model.sides
     .filter(side => side.trust?.length)
     .map(side => make("div", "", {}, ...name(side), ...side.trust.map(statement)));
@@ -17,17 +17,21 @@ function showTrust(section) {
 class RarefactionPanel {
   constructor(section) {
     const [side] = model.sides;
-    this.curves = ["groups", "minima"]
-      .map((name, k) => ({ name, number: k, curve: side.rarefaction[name].curve ?? [] }))
+    this.curves = Object.entries(side.rarefaction)
+      .map(([name, found], k) => ({ name, number: k, curve: found.curve ?? [] }))
       .filter(({ curve }) => curve.length);
-    const label = "Rarefaction: groups and minima found by fewer grasps";
+    if (side.item === "grasp") section.querySelector("h2").textContent = "Kinds among fewer grasps";
+    const names = this.curves.map(({ name }) => name);
+    this.room = 16 + 6.4 * Math.max(0, ...names.map(name => name.length));
+    const label = `Rarefaction: ${names.join(" and ")} found by fewer grasps`;
     this.drawing = new Drawing(section, label, [], (pen, w, h) => this.paint(pen, w, h));
   }
 
   paint(pen, w, h) {
     const most = Math.max(1, ...this.curves.map(({ curve }) => curve.at(-1).members));
     const high = 1.1 * Math.max(1, ...this.curves.flatMap(({ curve }) => curve.map(point => point.groups)));
-    const right = w - 70;
+    const right = w - this.room;
+    let last = -Infinity;
     const x = members => EDGE.left + (right - EDGE.left) * (members / most);
     const y = groups => EDGE.top + (h - EDGE.top - 34) * (1 - groups / high);
     pen.rows(0, high, 4, y, right);
@@ -43,7 +47,9 @@ class RarefactionPanel {
       pen.path(seen.map(at), { stroke: colour, width: 2 });
       if (beyond.length) pen.path([...seen.slice(-1), ...beyond].map(at), { stroke: colour, width: 2, dash: [5, 4] });
       const [ex, ey] = at(curve.at(-1));
-      pen.label([ex + 6, ey], name, { fill: look.ink });
+      // Names do not cover each other.
+      last = Math.abs(ey - last) < 14 ? last + (ey < last ? -14 : 14) : ey;
+      pen.label([ex + 6, last], name, { fill: look.ink });
     }
   }
 }

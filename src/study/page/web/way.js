@@ -7,6 +7,9 @@ const SERIES = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"
 // Least distance of the names below the chart.
 const ROOM = 34;
 
+// What the hand does on a way, by the names in the files.
+const DOES = { __proto__: null, sliding: "slides", rolling: "rolls", regrasping: "regrasps", "letting go": "lets go" };
+
 let lastRoute = { key: "", route: null };
 
 // The way between two chosen items: its minima and points, or null. Ways lead along the edges of the spanning forest.
@@ -146,14 +149,19 @@ class WayPanel {
     const [a, b] = [minima[0], minima.at(-1)];
     const merge = routeInTree(side.tree, [model.at(a)[1], model.at(b)[1]]).top;
     const share = merge === null ? NaN : side.tree.support[merge];
+    const bound = EVIDENCE_WORDS[model.header.evidence[evidence[way]]];
     const dominating = plain(term.texts[term.of[way]]).replaceAll("_", " ");
     const kinds = [...new Set(ways.map(number => plain(kind.texts[kind.of[number]])).filter(word => word))];
     return [
       `From ${model.name(a)} to ${model.name(b)} over ${plural(ways.length, "pass", "passes")}; the highest is at ${shown(height[way])},`,
       `${shown(height[way] - Math.max(model.energy(a), model.energy(b)), 3)} above the higher end.`,
-      `It is ${EVIDENCE_WORDS[model.header.evidence[evidence[way]]]}${dominating ? `, dominated by ${dominating}` : ""}.`,
-      Number.isNaN(share) ? "" : `Its merge is found in ${percent(share)} of the resampled trees.`,
-      kinds.length ? `On the way the hand does this: ${kinds.join(", ")}.` : "",
+      `${bound[0].toUpperCase()}${bound.slice(1)}.`,
+      dominating ? `Mostly ${dominating} makes it high.` : "",
+      Number.isNaN(share)
+        ? ""
+        : `It joins the two in ${percent(share)} of ${side.tree.resamplings} trees from random choices of the chains that were run, ` +
+          "which says nothing about passes that no chain found.",
+      kinds.length ? `On the way the hand ${kinds.map(name => DOES[name] ?? name).join(", ")}.` : "",
     ]
       .filter(part => part)
       .join(" ");

@@ -1,0 +1,91 @@
+// What the colours mean, with counts, and the filters that stay in sight. A click on an entry filters by it.
+"use strict";
+
+const MOST_ENTRIES = 9;
+// Ranges into which the legend of a number is divided.
+const RANGES = 5;
+
+class Legend {
+  constructor(section) {
+    this.section = section;
+    watch(["colour", "level", "chips", "query", "labels", "look"], () => this.show());
+  }
+
+  // Words, filter, colour and number of items of each entry.
+  entries() {
+    const items = Array.from({ length: model.count }, (_, item) => item);
+    const count = test => items.filter(test).length;
+    const entry = (words, chip, test) => ({ words, chip, count: count(test), colour: colourOf(items.find(test) ?? 0) });
+    if (derived.basins) {
+      return derived.basins.list.map(basin => {
+        const name = model.name(basin[0]);
+        return { words: `family of ${name}`, chip: `family = ${name}`, count: basin.length, colour: colourOf(basin[0]) };
+      });
+    }
+    switch (state.colour) {
+      case "category":
+        return ["power", "intermediate", "precision", ""].map(name =>
+          entry(name || "no category", `category = ${name || '""'}`, item => model.text("category", item) === name),
+        );
+      case "stable": {
+        const is = value => item => model.number("stable", item) === value;
+        const none = item => Number.isNaN(model.number("stable", item));
+        return [entry("held", "stable", is(1)), entry("fell", "unstable", is(0)), entry("not simulated", "not simulated", none)];
+      }
+      case "group": {
+        const groups = new Map();
+        for (const item of items) {
+          const group = model.number("group", item);
+          if (!groups.has(group)) groups.set(group, []);
+          groups.get(group).push(item);
+        }
+        return [...groups].map(([group, members]) => {
+          const name = "g" + group;
+          return { words: name, chip: name, count: members.length, colour: colourOf(members[0]) };
+        });
+      }
+      default:
+        return this.ranges(state.colour, items);
+    }
+  }
+
+  ranges(field, items) {
+    const [low, high] = range(field);
+    if (!(high > low)) return [];
+    const edges = Array.from({ length: RANGES + 1 }, (_, k) => Number((low + ((high - low) * k) / RANGES).toPrecision(3)));
+    return edges.slice(1).map((edge, k) => {
+      const [from, to] = [k === 0 ? -Infinity : edges[k], k === RANGES - 1 ? Infinity : edge];
+      const bounds = [from > -Infinity && `${field} ≥ ${from}`, to < Infinity && `${field} < ${to}`].filter(bound => bound);
+      const words = k === 0 ? `below ${shown(to, 3)}` : k === RANGES - 1 ? `from ${shown(from, 3)}` : `${shown(from, 3)} to ${shown(to, 3)}`;
+      const inside = item => model.number(field, item) >= from && model.number(field, item) < to;
+      return { words, chip: bounds.join(" and "), count: items.filter(inside).length, colour: viridis((k + 0.5) / RANGES) };
+    });
+  }
+
+  show() {
+    const entries = this.entries().filter(({ count }) => count > 0);
+    entries.sort((a, b) => (state.colour === "group" || derived.basins ? b.count - a.count : 0));
+    const buttons = entries.slice(0, MOST_ENTRIES).map(({ words, chip, count, colour }) => {
+      const dot = make("i", "", { class: "dot" });
+      dot.style.background = colour;
+      const title = `Show only these: ${chip}`;
+      return button("", () => toggleChip(chip), { "aria-pressed": String(state.chips.includes(chip)), title }, dot, `${words} `, make("small", count));
+    });
+    const rest = entries.length - buttons.length;
+    if (rest > 0) buttons.push(make("span", `and ${rest} more`, { class: "count" }));
+    const chips = state.chips.map(chip =>
+      button("", () => toggleChip(chip), { class: "filter", "aria-label": `Take the filter ${chip} away` }, chipWords(chip), make("b", "×")),
+    );
+    const all = chips.length ? [make("span", "only"), ...chips, make("output", `${derived.passing} of ${model.count}`)] : [];
+    // The focus stays on the entry that was pressed.
+    const focused = this.section.contains(document.activeElement) ? document.activeElement.textContent : null;
+    this.section.replaceChildren(make("div", "", {}, ...buttons), make("div", "", {}, ...all));
+    if (focused) [...this.section.querySelectorAll("button")].find(one => one.textContent === focused)?.focus();
+  }
+}
+
+// A filter in a few words.
+function chipWords(chip) {
+  if (chip === 'category = ""') return "no category";
+  return chip.replace(/^category = /, "").replace(/^family = /, "family of ").replace(/^stable$/, "held").replace(/^unstable$/, "fell");
+}
