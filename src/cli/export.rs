@@ -82,7 +82,8 @@ Examples:
   landscape export grasps.parquet glb --grasp 17 -o 17.glb
 
 Poses are those of the hand's root in the object's frame: p_object = R p_hand + t, in metres; angles are in radians. In
-qpos and dexonomy the hand's outermost body has a free joint; the columns of the CSV form of qpos name its joints.
+qpos and dexonomy the hand's outermost body has a free joint (in qpos the joints of a virtual wrist, if the hand has one); the
+columns of the CSV form of qpos name the joints.
 `landscape import` reads csv and json without any change of the numbers, and dexgraspnet and dexonomy as well.";
 
 /// A kind of folder: the ending that its name gets, and that of the single file that may be written in its place.
@@ -288,14 +289,14 @@ fn bytes(
         ExportFormat::IsaacGrasp => isaac(file, grasps)?,
         _ => {
             let hand = metadata.build_matching()?;
-            let (joints, rows) = qpos(&hand, grasps);
+            let (columns, rows) = qpos(&hand, grasps);
             if output
                 .extension()
                 .is_some_and(|ending| ending.eq_ignore_ascii_case("npy"))
             {
                 qpos_npy(&rows)
             } else {
-                qpos_csv(&rows, &joints)
+                qpos_csv(&rows, &columns)
             }
         }
     })

@@ -406,6 +406,50 @@ fn a_qpos_places_the_outermost_body() {
     }
 }
 
+/// The rows of a model whose joints move the whole hand hold the coordinates of these joints.
+#[test]
+fn a_qpos_holds_the_joints_of_a_virtual_wrist() {
+    let desk = Desk::empty();
+    let slide = |(name, axis)| format!("<joint name=\"{name}\" type=\"slide\" axis=\"{axis}\"/>");
+    let slides = [("x", "1 0 0"), ("y", "0 1 0"), ("z", "0 0 -1")].map(slide);
+    let wrist = slides.concat() + "<joint name=\"turn\" axis=\"0 0 1\"/>";
+    let hand = OFFSET_HAND.replace(
+        " pos=\"0.01 0 0.034\" quat=\"0.8 0 0.6 0\">",
+        &format!(">{wrist}"),
+    );
+    fs::write(desk.path("wrist.xml"), hand).unwrap();
+    fs::write(
+        desk.path("t.csv"),
+        TABLE
+            .replace("0.5,0.5,-0.5,0.5", "0.8,0,0,0.6")
+            .lines()
+            .take(2)
+            .collect::<Vec<_>>()
+            .join("\n"),
+    )
+    .unwrap();
+    succeed(
+        &desk,
+        "import t.csv --hand wrist.xml --object ball -o t.parquet",
+    );
+    succeed(&desk, "export t.parquet qpos");
+    let text = fs::read_to_string(desk.path("t.qpos.csv")).unwrap();
+    let (head, row) = text.trim_end().split_once('\n').unwrap();
+    assert_eq!(head, "id,x,y,z,turn,jaw");
+    let numbers: Vec<f64> = row.split(',').map(|q| q.parse().unwrap()).collect();
+    let expected = [
+        7.0,
+        0.1,
+        0.02,
+        -0.033_333_333_333_333_3,
+        2.0 * libm::atan2(0.6, 0.8),
+        0.025,
+    ];
+    for (q, expected) in numbers.iter().zip(expected) {
+        assert!((q - expected).abs() < 1e-9, "{row}");
+    }
+}
+
 #[test]
 fn qpos_and_scenes_are_written() {
     let desk = with_table();

@@ -169,6 +169,15 @@ fn gather<'a>(
                     contents.joints.push((joint, place.frame.point(&point)));
                 }
             }
+            "site" => {
+                if let Some(name) = child.attribute("name") {
+                    let attributes = reader.defaults.resolve(child, class)?;
+                    let frame = place.frame.compose(&reader.compiler.frame(&attributes)?);
+                    reader
+                        .sites
+                        .insert(name.to_owned(), (body.to_owned(), frame));
+                }
+            }
             "freejoint" => reader.note(free(child)),
             "body" => contents.bodies.push((child, place.clone())),
             "frame" => {
@@ -287,9 +296,6 @@ fn joint(
         && lower >= upper
     {
         return Err(element.error(format!("the range from {lower} to {upper} is empty")));
-    }
-    if limits.is_none() && kind == JointKind::Slide {
-        return Err(element.error("a slide needs limits, but range is missing"));
     }
     let zero = attributes
         .exactly::<1>("ref")?
