@@ -347,7 +347,7 @@ fn reversed_joint(hand: &Hand, _: &PosedHand) -> Vec<Finding> {
             alike.iter().map(|other| other.root).sum::<Vector3<f64>>() / alike.len().max(1) as f64;
         let toward = (mean - own.root).try_normalize(1e-6).unwrap_or_default();
         alike.len() >= 2
-            && alike.iter().all(|other| other.side == -own.side)
+            && alike.iter().all(|other| other.side * own.side < 0.0)
             && own.closing().dot(&toward) < OPPOSITE
     });
     reversed

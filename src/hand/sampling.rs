@@ -14,7 +14,7 @@ use super::Joint;
 pub(super) fn joint_samples(joints: &[Joint], count: usize) -> Vec<Vec<f64>> {
     let at = |joint: &Joint, share: f64| {
         let [low, high] = joint.limits_rad;
-        low + share * (high - low)
+        (low + share * (high - low)).min(high)
     };
     let all = |share: f64| -> Vec<f64> { joints.iter().map(|joint| at(joint, share)).collect() };
     let mut samples = vec![all(0.0), all(1.0)];
@@ -52,27 +52,31 @@ mod tests {
     /// Known values for one and two dimensions, and every tenth of every range is visited about equally often.
     #[test]
     fn ranges_are_filled_evenly() {
-        assert!((golden_ratio(1) - 1.618_033_988_749_895).abs() < 1e-14);
+        assert!((golden_ratio(1) - (1.0 + 5f64.sqrt()) / 2.0).abs() < 1e-14);
         assert!((golden_ratio(2) - 1.324_717_957_244_746).abs() < 1e-14);
         let joints = Hand::human().joints;
         let samples = joint_samples(&joints, 200);
         assert_eq!(samples.len(), 2 + 2 * joints.len() + 200);
         for (j, joint) in joints.iter().enumerate() {
             let [low, high] = joint.limits_rad;
-            let mut visits = [0; 10];
-            for sample in &samples[samples.len() - 200..] {
-                assert!((low..=high).contains(&sample[j]));
-                visits[((sample[j] - low) / (high - low) * 10.0).min(9.0) as usize] += 1;
+            for tenth in 0..10 {
+                let [from, to] =
+                    [tenth, tenth + 1].map(|k| low + (high - low) * f64::from(k) / 10.0);
+                let evenly = samples[samples.len() - 200..]
+                    .iter()
+                    .map(|sample| sample[j]);
+                let visits = evenly.filter(|q| (from..to).contains(q)).count();
+                assert!((15..=25).contains(&visits), "{}: {visits}", joint.name);
             }
             assert!(
-                visits.iter().all(|count| (15..=25).contains(count)),
-                "{}: {visits:?}",
-                joint.name
+                samples
+                    .iter()
+                    .all(|sample| (low..=high).contains(&sample[j]))
             );
             let ends = |k: usize| {
                 samples
                     .iter()
-                    .any(|sample| sample[j] == joint.limits_rad[k])
+                    .any(|sample| (sample[j] - joint.limits_rad[k]).abs() < 1e-12)
             };
             assert!(ends(0) && ends(1));
         }

@@ -1,6 +1,7 @@
 //! Hands that can be read but are hardly meant, or not meant as they are written: virtual wrists, closed loops, fingers that
 //! touch where they rest, and confused units.
 
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write;
 
 use crate::published::{DEX_URDF, REFERENCES};
@@ -168,8 +169,8 @@ const WRIST: [(&str, &str, &str, [f64; 2]); 6] = [
     ("slide_x", "prismatic", "1 0 0", [-1.0, 1.0]),
     ("slide_y", "prismatic", "0 1 0", [-1.0, 1.0]),
     ("slide_z", "prismatic", "0 0 1", [-1.0, 1.0]),
-    ("roll", "revolute", "1 0 0", [-3.14, 3.14]),
-    ("pitch", "revolute", "0 1 0", [-1.57, 1.57]),
+    ("roll", "revolute", "1 0 0", [-PI, PI]),
+    ("pitch", "revolute", "0 1 0", [-FRAC_PI_2, FRAC_PI_2]),
     ("yaw", "continuous", "0 0 1", [0.0, 0.0]),
 ];
 
@@ -543,7 +544,7 @@ fn confused_units_are_told() {
         "{told}"
     );
     assert_eq!(
-        probably(&with(&|digit| digit.range = [-6.283_185_4, 6.283_185_4]).unwrap()),
+        probably(&with(&|digit| digit.range = [-TAU, TAU]).unwrap()),
         ""
     );
     // Radians that are taken for degrees.

@@ -36,7 +36,7 @@ pub(super) fn read(reader: &mut Reader<'_>, root: &Element) -> Result<(), HandEr
                 "tendon" => coupled.push(of_tendon(reader, element, &tendons)?),
                 "connect" | "weld" => of_bodies(reader, element)?,
                 _ => reader.note(format!(
-                    "{} is left out: only couplings of joints are read",
+                    "{} is left out: only couplings of joints and closed loops are read",
                     element.place()
                 )),
             }
