@@ -85,6 +85,9 @@ fn frames(links: &[Link], joints: &[f64]) -> Vec<Frame> {
 /// # Errors
 /// If linear couplings do not close a loop.
 pub(super) fn close(model: &mut Model) -> Result<(), HandError> {
+    if model.loops.is_empty() {
+        return Ok(());
+    }
     let loops = model.loops.clone();
     let advice = "cut those that do not matter for grasps";
     check_count("closed loops", loops.len(), MOST_LOOPS, advice)?;
@@ -376,7 +379,13 @@ impl Fit<'_> {
                     offset,
                 });
             }
-            told.push(format!("{name} = {ratio:.3} {driver} {offset:+.3}"));
+            // Rounded first, so that no −0 is printed.
+            let [ratio, offset] = [ratio, offset].map(|x| (1e3 * x).round() / 1e3 + 0.0);
+            told.push(if offset == 0.0 {
+                format!("{name} = {ratio:.3} {driver}")
+            } else {
+                format!("{name} = {ratio:.3} {driver} {offset:+.3}")
+            });
         }
         let [first, second] = &self.closure.of.links;
         model.notes.push(format!(

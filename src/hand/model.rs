@@ -72,6 +72,8 @@ pub(super) struct Model {
     pub(super) loops: Vec<Loop>,
     /// The joints in front of the hand that were removed, see [`Model::fold_virtual_wrist`].
     pub(super) virtual_wrist: Option<VirtualWrist>,
+    /// Name and place in the file of each slide of MJCF without limits.
+    pub(super) endless_slides: Vec<[String; 2]>,
     /// What was left out or changed, one sentence each.
     pub(super) notes: Vec<String>,
 }
@@ -368,6 +370,13 @@ impl Model {
         let joint = &self.joints[j];
         let wraps = joint.limits.is_none();
         if wraps && joint.kind == JointKind::Slide {
+            let mut places = self.endless_slides.iter();
+            if let Some([_, place]) = places.find(|[name, _]| *name == joint.name) {
+                return Err(HandError::Mjcf {
+                    place: place.clone(),
+                    problem: "a slide needs limits, but range is missing".to_owned(),
+                });
+            }
             return Err(HandError::Endless {
                 joint: joint.name.clone(),
             });

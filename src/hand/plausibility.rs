@@ -333,7 +333,7 @@ const OPPOSITE: f64 = 0.5;
 /// A range is one-sided if at most this share of it is on the other side of zero.
 const ONE_SIDED: f64 = 0.2;
 
-/// A hinge that turns only to one side where all alike hinges of at least two other digits turn only to the other side.
+/// A hinge that turns only to one side where the alike hinges of at least two other digits, and of most, turn only to the other.
 ///
 /// A thumb that closes against the fingers turns to the other side as well, but toward them.
 fn reversed_joint(hand: &Hand, _: &PosedHand) -> Vec<Finding> {
@@ -342,13 +342,13 @@ fn reversed_joint(hand: &Hand, _: &PosedHand) -> Vec<Finding> {
         .filter_map(|joint| Hinge::of(hand, &straight, joint))
         .collect();
     let reversed = hinges.iter().filter(|own| {
-        let alike: Vec<&Hinge> = hinges.iter().filter(|other| own.is_alike(other)).collect();
-        let mean =
-            alike.iter().map(|other| other.root).sum::<Vector3<f64>>() / alike.len().max(1) as f64;
+        let alike = hinges.iter().filter(|other| own.is_alike(other));
+        let (others, same): (Vec<&Hinge>, Vec<&Hinge>) =
+            alike.partition(|other| other.side * own.side < 0.0);
+        let mean = others.iter().map(|other| other.root).sum::<Vector3<f64>>()
+            / others.len().max(1) as f64;
         let toward = (mean - own.root).try_normalize(1e-6).unwrap_or_default();
-        alike.len() >= 2
-            && alike.iter().all(|other| other.side * own.side < 0.0)
-            && own.closing().dot(&toward) < OPPOSITE
+        others.len() >= 2 && others.len() > same.len() && own.closing().dot(&toward) < OPPOSITE
     });
     reversed
         .map(|own| {

@@ -24,7 +24,7 @@ pub struct VirtualWrist {
     /// The joints.
     joints: Vec<WristJoint>,
     /// Frame of the link that the last joint moves, with all joints at displacement zero, in the hand's root frame.
-    root_from_palm: Frame,
+    root_from_last: Frame,
 }
 
 /// One of its joints.
@@ -53,7 +53,7 @@ impl VirtualWrist {
             rotation: *turn.to_rotation_matrix().matrix(),
             translation: Vector3::from_column_slice(pose.translation_m()),
         };
-        let target = target.compose(&self.root_from_palm);
+        let target = target.compose(&self.root_from_last);
         if self.joints.len() > 6 {
             return None;
         }
@@ -128,7 +128,8 @@ impl VirtualWrist {
         }
         let turn = Rotation3::from_matrix_unchecked(target.rotation.tr_mul(&frame.rotation));
         let shift = frame.translation - target.translation;
-        let turn = turn.scaled_axis();
+        // The angle of a matrix has half the digits near zero, that of a quaternion has all.
+        let turn = UnitQuaternion::from_rotation_matrix(&turn).scaled_axis();
         Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z)
     }
 }
@@ -137,7 +138,7 @@ impl Model {
     /// Removes a virtual wrist and notes its joints. The hand stays where it is with these joints at displacement zero.
     ///
     /// A virtual wrist is the longest chain of joints from the root in which each joint is wide, moves all the geometry of the
-    /// hand, and is coupled with no other. The link that its last joint moves becomes the root; if it is displaced from the
+    /// hand, and is coupled with no other. The first link with geometry or branches behind it becomes the root; if it is displaced from the
     /// root of the description, that root is kept and carries it.
     pub(super) fn fold_virtual_wrist(&mut self) {
         let (mut last, mut wrist) = (0, Vec::new());
@@ -151,8 +152,8 @@ impl Model {
                     break;
                 }
                 wrist.push(j);
-                last = b;
             }
+            last = b;
             let children = self.bodies.iter().filter(|child| child.parent == Some(b));
             if !body.parts.is_empty() || children.count() != 1 {
                 break;
@@ -178,24 +179,20 @@ impl Model {
     /// The joints in front of and at link `last` of the chain from the root.
     fn wrist_to(&self, last: usize) -> VirtualWrist {
         let mut joints = Vec::new();
-        let mut in_parent = Frame::default();
-        for body in &self.bodies[..=last] {
+        let (mut in_parent, mut root_from_last) = (Frame::default(), Frame::default());
+        for (body, at_zero) in self.bodies[..=last].iter().zip(self.frames_at_zero()) {
             in_parent = in_parent.compose(&body.in_parent);
             if let Some(j) = body.joint {
                 joints.push(WristJoint {
                     in_parent: std::mem::take(&mut in_parent),
                     joint: self.joints[j].clone(),
                 });
+                root_from_last = at_zero;
             }
         }
-        let root_from_palm = if self.is_displaced(last) {
-            self.frames_at_zero()[last]
-        } else {
-            Frame::default()
-        };
         VirtualWrist {
             joints,
-            root_from_palm,
+            root_from_last,
         }
     }
 

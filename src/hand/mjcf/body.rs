@@ -309,6 +309,11 @@ fn joint(
         zero,
         follows: None,
     };
+    if joint.limits.is_none() && kind == JointKind::Slide {
+        // Those of a virtual wrist need no limits, and others are refused when it is known.
+        let places = &mut reader.model.endless_slides;
+        places.push([joint.name.clone(), element.place()]);
+    }
     // The axis of a slide has a direction but no position.
     let point = if kind == JointKind::Slide {
         [0.0; 3]
