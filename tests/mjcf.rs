@@ -257,7 +257,7 @@ fn faults_are_found_where_they_are() {
     let body = |inside: &str| {
         format!(
             "<mujoco>\n<compiler meshdir=\"m\"/>\n<default><default class=\"k\"/></default>\n<asset>\n\
-             <mesh name=\"gone\" file=\"gone.stl\"/></asset>\n<worldbody><body name=\"p\"><geom size=\"1\"/>\n\
+             <mesh name=\"gone\" file=\"gone.stl\"/></asset>\n<worldbody><body name=\"p\"><geom size=\"0.1\"/>\n\
              <body name=\"f\">\n{inside}\n</body></body></worldbody></mujoco>"
         )
     };

@@ -84,7 +84,7 @@ Examples:
 
 Poses are those of the hand's root in the object's frame: p_object = R p_hand + t, in metres; angles are in radians. The
 root is the frame of the hand's file (the world of an MJCF), in qpos and dexonomy as well: attach the file to a body with
-a free joint. The columns of the CSV form of qpos name the joints.
+a free joint. A hand with a virtual wrist has the joints of that wrist in place of the free joint. The columns of the CSV form of qpos name the joints.
 `landscape import` reads csv and json without any change of the numbers, and dexgraspnet and dexonomy as well.";
 
 /// A kind of folder: the ending that its name gets, and that of the single file that may be written in its place.
@@ -290,14 +290,14 @@ fn bytes(
         ExportFormat::IsaacGrasp => isaac(file, grasps)?,
         _ => {
             let hand = metadata.build_matching()?;
-            let (joints, rows) = qpos(&hand, grasps);
+            let (columns, rows) = qpos(&hand, grasps);
             if output
                 .extension()
                 .is_some_and(|ending| ending.eq_ignore_ascii_case("npy"))
             {
                 qpos_npy(&rows)
             } else {
-                qpos_csv(&rows, &joints)
+                qpos_csv(&rows, &columns)
             }
         }
     })

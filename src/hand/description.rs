@@ -9,7 +9,8 @@ use super::side_file::{SideFile, untouching};
 use super::solid::Parts;
 use super::sources::Files;
 use super::{
-    Hand, HandError, PalmFrame, PosedHand, mano, prior, region, roles, self_pairs, surface,
+    Hand, HandError, PalmFrame, PosedHand, mano, plausibility, prior, region, roles, self_pairs,
+    surface,
 };
 
 /// The hand of some files; `others` provides the files that they refer to.
@@ -52,6 +53,7 @@ fn assemble(model: &Model, side: &SideFile) -> Result<Hand, HandError> {
             faced_m: 0.0,
         },
         notes,
+        virtual_wrist: model.virtual_wrist.clone(),
         cast_rad,
         meshes: geometry.meshes,
         parts: Parts::default(),
@@ -65,6 +67,7 @@ fn assemble(model: &Model, side: &SideFile) -> Result<Hand, HandError> {
     if side.digits.is_none() {
         roles::name_digits(&mut hand);
     }
+    plausibility::judge_shape(&mut hand, &rest)?;
     hand.self_pairs = self_pairs::derive(&hand, &rest, &self_pairs::apart(&hand, model, side)?);
     let points = side.surface_points.unwrap_or(surface::POINTS);
     if points == 0 {

@@ -1,5 +1,6 @@
 //! Errors of descriptions of hands.
 
+use crate::doubt::Doubt;
 use crate::limits::Beyond;
 
 /// Why a description cannot be read as a hand.
@@ -156,6 +157,9 @@ pub enum HandError {
         /// The mesh and what is wrong with it.
         problem: String,
     },
+    /// The description can be read, but it cannot be meant.
+    #[error("{0}")]
+    Implausible(Doubt),
     /// A number is beyond its limit.
     #[error("{place}: {beyond}")]
     Beyond {

@@ -8,7 +8,7 @@ use super::geometry::Geometry;
 use super::model::Model;
 use super::side_file::SideFile;
 use super::sources::{Disk, Files, bytes, text_of};
-use super::{HandError, mano, mjcf, side_file, urdf};
+use super::{HandError, loops, mano, mjcf, plausibility, side_file, urdf};
 use crate::formats::{ending, lfs_pointer};
 
 /// A file, under the name by which the description refers to it.
@@ -172,7 +172,10 @@ impl HandFiles {
             urdf::read(&main.name, &main.text, files)?
         };
         model.remove(&self.side()?.without)?;
+        model.fold_virtual_wrist();
+        plausibility::judge_joints(&mut model)?;
         model.check_limits()?;
+        loops::close(&mut model)?;
         Ok(model)
     }
 }

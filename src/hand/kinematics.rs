@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Unit, Vector3};
 
 use super::blend::Blend;
-use super::{Frame, Hand, JointKind, PosedHand, Wrench};
+use super::{Frame, Hand, JointKind, Link, PosedHand, Wrench};
 use crate::space::{PoseMetric, joints_of, quaternion_of, translation_of};
 
 impl Hand {
@@ -62,18 +62,7 @@ impl Hand {
                 Some(parent) => posed.object_from_link[parent.0],
                 None => base_frame(x),
             };
-            let mut frame = parent.compose(&link.parent_from_link);
-            if let Some(motion) = &link.motion {
-                let displacement = motion.ratio * joints_of(x)[motion.joint] + motion.offset;
-                match motion.kind {
-                    JointKind::Hinge => {
-                        frame.rotation *= rotation_about(&motion.axis, displacement);
-                    }
-                    JointKind::Slide => {
-                        frame.translation += frame.rotation * (motion.axis * displacement);
-                    }
-                }
-            }
+            let mut frame = link.frame_in(&parent, joints_of(x));
             if let Some(ball) = link.ball {
                 frame.rotation *= Blend::ball(posed, ball);
             }
@@ -180,6 +169,28 @@ impl Hand {
         for (j, slope) in gradient[6..].iter_mut().enumerate() {
             *slope = (*slope + joint_gradient[j]) / metric.joint_levers_m[j];
         }
+    }
+}
+
+impl Link {
+    /// Frame of the link for these joint coordinates, in the frame in which `parent` is that of its parent. A ball joint does
+    /// not turn it.
+    pub(super) fn frame_in(&self, parent: &Frame, joints: &[f64]) -> Frame {
+        let mut frame = parent.compose(&self.parent_from_link);
+        if let Some(motion) = &self.motion {
+            let displacement = motion.ratio * joints[motion.joint] + motion.offset;
+            moved(&mut frame, motion.kind, &motion.axis, displacement);
+        }
+        frame
+    }
+}
+
+/// Moves a frame by the displacement of a joint along or about a unit axis of this frame.
+#[inline]
+pub(super) fn moved(frame: &mut Frame, kind: JointKind, axis: &Vector3<f64>, displacement: f64) {
+    match kind {
+        JointKind::Hinge => frame.rotation *= rotation_about(axis, displacement),
+        JointKind::Slide => frame.translation += frame.rotation * (axis * displacement),
     }
 }
 

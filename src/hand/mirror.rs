@@ -60,6 +60,7 @@ impl Hand {
                 triangle.swap(1, 2);
             }
         }
+        hand.virtual_wrist = None;
         hand.parts = Parts::default();
         hand.inscribed = super::inscribed::Cache::default();
         hand.blend = self.blend.as_ref().map(|blend| Arc::new(blend.mirrored()));

@@ -14,6 +14,7 @@ mod geometry;
 mod hull;
 mod inscribed;
 mod kinematics;
+mod loops;
 mod mano;
 mod mass;
 mod mesh;
@@ -22,9 +23,11 @@ mod mirror;
 mod mjcf;
 mod model;
 mod named;
+mod plausibility;
 mod prior;
 mod region;
 mod roles;
+mod sampling;
 mod self_pairs;
 mod side_file;
 mod skin;
@@ -33,6 +36,7 @@ mod sources;
 mod surface;
 mod urdf;
 mod urdf_form;
+mod virtual_wrist;
 mod volar;
 
 use nalgebra::{Matrix3, Vector3};
@@ -55,6 +59,7 @@ pub use region::PatchSide;
 pub use self_pairs::{SegmentPair, axis_distance, closest_points, rounded_closest_points};
 pub use skin::{Skin, SkinVertex};
 pub(crate) use solid::{Part, Solid};
+pub use virtual_wrist::VirtualWrist;
 pub(crate) use volar::volar_directions;
 
 /// Number of a link in [`Hand::links`].
@@ -278,6 +283,9 @@ pub struct Hand {
     pub palm: PalmFrame,
     /// What was left out of the description or changed, one sentence each.
     pub notes: Vec<String>,
+    /// Joints of the description that move the whole hand, for which the pose stands; `None` if there are none, or if the
+    /// hand is the mirror image of the described one.
+    pub virtual_wrist: Option<VirtualWrist>,
     /// Meshes to draw; a hand without any is drawn with a skin over its capsules.
     meshes: Vec<LinkMesh>,
     /// For each capsule, whether it is geometry of the description rather than the filling of a mesh or a box.

@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::loops::Loop;
+use super::virtual_wrist::VirtualWrist;
 use super::{Frame, HandError, Joint, JointKind, Link, LinkId, Motion};
 use crate::formats::Triangles;
 use crate::limits::{COUPLING_RATIO, HAND_POSITION, HINGE, Limit, SLIDE};
@@ -66,6 +68,12 @@ pub(super) struct Model {
     pub(super) joints: Vec<ModelJoint>,
     /// Pairs of bodies that the file says never collide.
     pub(super) apart: Vec<[String; 2]>,
+    /// Closed loops: links that the tree does not connect, but the file does.
+    pub(super) loops: Vec<Loop>,
+    /// The joints in front of the hand that were removed, see [`Model::fold_virtual_wrist`].
+    pub(super) virtual_wrist: Option<VirtualWrist>,
+    /// Name and place in the file of each slide of MJCF without limits.
+    pub(super) endless_slides: Vec<[String; 2]>,
     /// What was left out or changed, one sentence each.
     pub(super) notes: Vec<String>,
 }
@@ -83,7 +91,7 @@ pub(super) struct Body {
 }
 
 /// A joint, either independent or coupled to another one.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct ModelJoint {
     pub(super) name: String,
     pub(super) kind: JointKind,
@@ -98,7 +106,7 @@ pub(super) struct ModelJoint {
 }
 
 /// A linear coupling of one joint to another.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Coupling {
     pub(super) joint: String,
     pub(super) ratio: f64,
@@ -311,6 +319,21 @@ impl Model {
         Ok(())
     }
 
+    /// Frames of all bodies with all joints at displacement zero, in the frame of the description.
+    pub(super) fn frames_at_zero(&self) -> Vec<Frame> {
+        let mut frames: Vec<Frame> = Vec::with_capacity(self.bodies.len());
+        for body in &self.bodies {
+            let parent = body.parent.map(|parent| frames[parent]);
+            frames.push(parent.map_or(body.in_parent, |parent| parent.compose(&body.in_parent)));
+        }
+        frames
+    }
+
+    /// The coordinate at which the displacement of a joint is zero.
+    pub(super) fn zero_of(&self, joint: &str) -> f64 {
+        self.position(joint).map_or(0.0, |j| self.joints[j].zero)
+    }
+
     fn position(&self, name: &str) -> Option<usize> {
         self.joints.iter().position(|joint| joint.name == name)
     }
@@ -347,6 +370,13 @@ impl Model {
         let joint = &self.joints[j];
         let wraps = joint.limits.is_none();
         if wraps && joint.kind == JointKind::Slide {
+            let mut places = self.endless_slides.iter();
+            if let Some([_, place]) = places.find(|[name, _]| *name == joint.name) {
+                return Err(HandError::Mjcf {
+                    place: place.clone(),
+                    problem: "a slide needs limits, but range is missing".to_owned(),
+                });
+            }
             return Err(HandError::Endless {
                 joint: joint.name.clone(),
             });

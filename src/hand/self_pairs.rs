@@ -5,11 +5,18 @@ use std::collections::BTreeSet;
 use nalgebra::Vector3;
 
 use super::model::Model;
+use super::sampling::joint_samples;
 use super::side_file::SideFile;
 use super::{Hand, HandError, LinkId, PosedHand};
+use crate::space::Pose;
 
-/// Parts nearer than this at rest are taken as neighbours that always touch, metres.
+/// Parts nearer than this touch, metres.
 const TOUCHING_M: f64 = 1e-3;
+/// Poses in which parts that touch at rest are looked at, besides the ends of all ranges.
+const POSES: usize = 256;
+/// A description with very many parts that touch is looked at in fewer poses.
+const MOST_COMPARISONS: usize = 20_000_000;
+const FEWEST_POSES: usize = 16;
 
 /// Nearest points of two segments.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -140,9 +147,12 @@ pub(super) fn apart(hand: &Hand, model: &Model, side: &SideFile) -> Result<Apart
     Ok(Apart { never, only })
 }
 
-/// Pairs of capsules that do not touch at rest and whose links are not neighbours in the tree.
+/// Pairs of capsules that can be apart and whose links are not neighbours in the tree.
 ///
-/// Links without geometry and fixed joints are skipped: two links are neighbours if only such links lie between them.
+/// Links without geometry and fixed joints are skipped: two links are neighbours if only such links lie between them. Parts
+/// that touch at rest are left out if they touch in all poses of a sample. If only one link joins them, in a digit or between
+/// a digit and the palm, more than half of the poses are enough: such parts are made to overlap at knuckles and bases. Parts
+/// of a hand that [bends](Hand::bends) are soft and are left out if they touch at rest.
 pub(super) fn derive(hand: &Hand, rest: &PosedHand, apart: &Apart) -> Vec<[usize; 2]> {
     let solid: Vec<LinkId> = (0..hand.links.len())
         .map(|l| body(hand, LinkId(l)))
@@ -158,7 +168,15 @@ pub(super) fn derive(hand: &Hand, rest: &PosedHand, apart: &Apart) -> Vec<[usize
         }
         above
     };
+    let joined_by_one_link = |a: LinkId, b: LinkId| {
+        let [above_a, above_b] = [a, b].map(neighbour_above);
+        let two_above = [above_a, above_b].map(|above| above.and_then(neighbour_above));
+        let in_one_line = two_above[0] == Some(b) || two_above[1] == Some(a);
+        in_one_line || (above_a.is_some() && above_a == above_b)
+    };
     let mut pairs = Vec::new();
+    // Pairs that touch at rest; whether more than half of the poses are enough.
+    let mut doubtful: Vec<([usize; 2], bool)> = Vec::new();
     for (i, first) in hand.capsules.iter().enumerate() {
         let a = solid[first.link.0];
         for (j, second) in hand.capsules.iter().enumerate().skip(i + 1) {
@@ -176,15 +194,52 @@ pub(super) fn derive(hand: &Hand, rest: &PosedHand, apart: &Apart) -> Vec<[usize
             if neighbours && listed.is_none() {
                 continue;
             }
-            let gap = closest_points(&rest.capsules[i], &rest.capsules[j])
-                .offset
-                .norm();
-            if gap > first.radius_m + second.radius_m + TOUCHING_M {
+            if !touch(hand, &rest.capsules, [i, j]) {
                 pairs.push([i, j]);
+            } else if !hand.bends() {
+                let digits = links.map(|l| hand.links[l].digit);
+                let of_two_digits = digits[0] != digits[1] && !digits.contains(&0);
+                doubtful.push(([i, j], joined_by_one_link(a, b) && !of_two_digits));
             }
         }
     }
+    pairs.extend(sometimes_apart(hand, &doubtful));
+    pairs.sort_unstable();
     pairs
+}
+
+fn touch(hand: &Hand, posed: &[[Vector3<f64>; 2]], [i, j]: [usize; 2]) -> bool {
+    let offset = closest_points(&posed[i], &posed[j]).offset;
+    offset.norm() <= hand.capsules[i].radius_m + hand.capsules[j].radius_m + TOUCHING_M
+}
+
+/// The pairs that are apart in some pose of a sample, or in half of them if more than half are enough to leave a pair out.
+fn sometimes_apart(hand: &Hand, pairs: &[([usize; 2], bool)]) -> Vec<[usize; 2]> {
+    if pairs.is_empty() {
+        return Vec::new();
+    }
+    let mut samples = joint_samples(&hand.joints, POSES);
+    samples.truncate((MOST_COMPARISONS / pairs.len()).max(FEWEST_POSES));
+    let mut apart = vec![0; pairs.len()];
+    let mut posed = PosedHand::default();
+    for joints in &samples {
+        hand.pose_links(&Pose::at_origin(joints), &mut posed);
+        for (count, &(pair, mostly)) in apart.iter_mut().zip(pairs) {
+            // One such pose decides.
+            if (mostly || *count == 0) && !touch(hand, &posed.capsules, pair) {
+                *count += 1;
+            }
+        }
+    }
+    let kept = pairs.iter().zip(&apart).filter(|((_, mostly), count)| {
+        let least = if *mostly {
+            samples.len().div_ceil(2)
+        } else {
+            1
+        };
+        **count >= least
+    });
+    kept.map(|((pair, _), _)| *pair).collect()
 }
 
 /// The first link of the rigid body that a link belongs to, found through fixed joints.

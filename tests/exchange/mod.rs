@@ -361,6 +361,57 @@ fn dictionaries_of_dexgraspbench_are_read() {
     assert_says(&said, &["6 of 6 grasps (DexGraspBench)"]);
 }
 
+/// A hand whose palm is moved and rotated from the origin. MuJoCo Menagerie's Shadow hand is moved by 34 mm.
+const OFFSET_HAND: &str = r#"<mujoco><compiler angle="radian"/><worldbody>
+<body name="palm" pos="0.01 0 0.034" quat="0.8 0 0.6 0"><geom type="box" size="0.03 0.01 0.03"/>
+<body name="thumb" pos="-0.02 0 0.03"><geom type="capsule" fromto="0 0 0 0 0 0.05" size="0.008"/></body>
+<body name="finger" pos="0.02 0 0.03"><joint name="jaw" axis="0 1 0" range="-1 1"/>
+<geom type="capsule" fromto="0 0 0 0 0 0.05" size="0.008"/></body></body></worldbody></mujoco>"#;
+
+/// The rows of a model whose joints move the whole hand hold the coordinates of these joints.
+#[test]
+fn a_qpos_holds_the_joints_of_a_virtual_wrist() {
+    let desk = Desk::empty();
+    let slide = |(name, axis)| format!("<joint name=\"{name}\" type=\"slide\" axis=\"{axis}\"/>");
+    let slides = [("x", "1 0 0"), ("y", "0 1 0"), ("z", "0 0 -1")].map(slide);
+    let wrist = slides.concat() + "<joint name=\"turn\" axis=\"0 0 1\"/>";
+    let hand = OFFSET_HAND.replace(
+        " pos=\"0.01 0 0.034\" quat=\"0.8 0 0.6 0\">",
+        &format!(">{wrist}"),
+    );
+    fs::write(desk.path("wrist.xml"), hand).unwrap();
+    fs::write(
+        desk.path("t.csv"),
+        TABLE
+            .replace("0.5,0.5,-0.5,0.5", "0.8,0,0,0.6")
+            .lines()
+            .take(2)
+            .collect::<Vec<_>>()
+            .join("\n"),
+    )
+    .unwrap();
+    succeed(
+        &desk,
+        "import t.csv --hand wrist.xml --object ball -o t.parquet",
+    );
+    succeed(&desk, "export t.parquet qpos");
+    let text = fs::read_to_string(desk.path("t.qpos.csv")).unwrap();
+    let (head, row) = text.trim_end().split_once('\n').unwrap();
+    assert_eq!(head, "id,x,y,z,turn,jaw");
+    let numbers: Vec<f64> = row.split(',').map(|q| q.parse().unwrap()).collect();
+    let expected = [
+        7.0,
+        0.1,
+        0.02,
+        -0.033_333_333_333_333_3,
+        2.0 * libm::atan2(0.6, 0.8),
+        0.025,
+    ];
+    for (q, expected) in numbers.iter().zip(expected) {
+        assert!((q - expected).abs() < 1e-9, "{row}");
+    }
+}
+
 #[test]
 fn qpos_and_scenes_are_written() {
     let desk = with_table();

@@ -1,6 +1,7 @@
 //! Every hand of `data/hands` is valid, and the human hand has human dimensions and reach.
 #![cfg(feature = "grasp")]
 
+mod plausible;
 mod refusals;
 
 use std::collections::BTreeMap;

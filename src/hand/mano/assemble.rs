@@ -110,6 +110,7 @@ pub(in super::super) fn assemble(arrays: &Arrays, side: &SideFile) -> Result<Han
             faced_m: 0.0,
         },
         notes: Vec::new(),
+        virtual_wrist: None,
         meshes: Vec::new(),
         parts: Parts::default(),
         inscribed: super::super::inscribed::Cache::default(),

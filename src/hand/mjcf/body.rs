@@ -169,6 +169,15 @@ fn gather<'a>(
                     contents.joints.push((joint, place.frame.point(&point)));
                 }
             }
+            "site" => {
+                if let Some(name) = child.attribute("name") {
+                    let attributes = reader.defaults.resolve(child, class)?;
+                    let frame = place.frame.compose(&reader.compiler.frame(&attributes)?);
+                    reader
+                        .sites
+                        .insert(name.to_owned(), (body.to_owned(), frame));
+                }
+            }
             "freejoint" => reader.note(free(child)),
             "body" => contents.bodies.push((child, place.clone())),
             "frame" => {
@@ -288,9 +297,6 @@ fn joint(
     {
         return Err(element.error(format!("the range from {lower} to {upper} is empty")));
     }
-    if limits.is_none() && kind == JointKind::Slide {
-        return Err(element.error("a slide needs limits, but range is missing"));
-    }
     let zero = attributes
         .exactly::<1>("ref")?
         .map_or(0.0, |[zero]| given(zero));
@@ -303,6 +309,11 @@ fn joint(
         zero,
         follows: None,
     };
+    if joint.limits.is_none() && kind == JointKind::Slide {
+        // Those of a virtual wrist need no limits, and others are refused when it is known.
+        let places = &mut reader.model.endless_slides;
+        places.push([joint.name.clone(), element.place()]);
+    }
     // The axis of a slide has a direction but no position.
     let point = if kind == JointKind::Slide {
         [0.0; 3]

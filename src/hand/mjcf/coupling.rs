@@ -1,7 +1,10 @@
-//! Joints that follow others, and bodies that never collide.
+//! Joints that follow others, loops of bodies, and bodies that never collide.
 
-use super::super::HandError;
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use super::super::loops::Loop;
 use super::super::model::Coupling;
+use super::super::{Frame, HandError};
 use super::Reader;
 use super::element::Element;
 
@@ -31,8 +34,9 @@ pub(super) fn read(reader: &mut Reader<'_>, root: &Element) -> Result<(), HandEr
             match element.tag.as_str() {
                 "joint" => of_joints(reader, element)?,
                 "tendon" => coupled.push(of_tendon(reader, element, &tendons)?),
+                "connect" | "weld" => of_bodies(reader, element)?,
                 _ => reader.note(format!(
-                    "{} is left out: only couplings of joints are read",
+                    "{} is left out: only couplings of joints and closed loops are read",
                     element.place()
                 )),
             }
@@ -127,6 +131,107 @@ fn of_tendon(
     };
     couple(reader, element, [first, second], constant / a, -b / a)?;
     Ok(name.to_owned())
+}
+
+/// Distance of the points that hold the orientation of a weld from its origin, metres: the length of a finger.
+const LEVER_M: f64 = 0.1;
+
+/// A point (`connect`) or a frame (`weld`) that two bodies share. Without `relpose`, bodies stand to each other as they do with
+/// all joints at displacement zero.
+fn of_bodies(reader: &mut Reader<'_>, element: &Element) -> Result<(), HandError> {
+    let weld = element.tag == "weld";
+    let numbers = |name: &str| {
+        let text = element.attribute(name);
+        text.map(|text| element.numbers(name, text)).transpose()
+    };
+    let sites = ["site1", "site2"].map(|name| element.attribute(name));
+    let found = if let [Some(first), Some(second)] = sites {
+        let place = |name: &str| reader.sites.get(name).cloned();
+        place(first).zip(place(second))
+    } else {
+        let Some(first) = element.attribute("body1") else {
+            return Err(element.error("body1 is missing"));
+        };
+        // The world holds the hand where it is, as the root does.
+        let root = reader.model.bodies.first().map(|body| body.name.as_str());
+        let second = element.attribute("body2").or(root).unwrap_or_default();
+        let frames = reader.model.frames_at_zero();
+        let body = |name: &str| {
+            reader
+                .model
+                .bodies
+                .iter()
+                .position(|body| body.name == name)
+        };
+        let anchor = match numbers("anchor")?.as_deref() {
+            Some([x, y, z]) => Vector3::new(*x, *y, *z),
+            None if weld => Vector3::zeros(),
+            _ => return Err(element.error("anchor: three numbers are needed")),
+        };
+        let at = |translation| Frame {
+            translation,
+            ..Frame::default()
+        };
+        body(first).zip(body(second)).map(|(one, other)| {
+            let [mut one_from_other, other_from_one] =
+                [[one, other], [other, one]].map(|[to, from]| between(&frames[to], &frames[from]));
+            if let Ok(Some(pose)) = numbers("relpose")
+                && let Some(given) = relative_pose(&pose)
+            {
+                one_from_other = given;
+            }
+            // The anchor of a weld is in the second body, that of a point in the first.
+            let [first_frame, second_frame] = if weld {
+                [one_from_other.compose(&at(anchor)), at(anchor)]
+            } else {
+                [at(anchor), other_from_one.compose(&at(anchor))]
+            };
+            (
+                (first.to_owned(), first_frame),
+                (second.to_owned(), second_frame),
+            )
+        })
+    };
+    let Some(((first, first_frame), (second, second_frame))) = found else {
+        reader.note(format!(
+            "{} is left out: it holds a body that does not belong to the hand",
+            element.place()
+        ));
+        return Ok(());
+    };
+    let mut corners = vec![Vector3::zeros()];
+    if weld {
+        corners.extend((0..3).map(|axis| Vector3::ith(axis, LEVER_M)));
+    }
+    let points = corners
+        .iter()
+        .map(|corner| [first_frame, second_frame].map(|frame| frame.point(corner)));
+    reader.model.loops.push(Loop {
+        place: element.place(),
+        points: points.collect(),
+        links: [first, second],
+    });
+    Ok(())
+}
+
+/// The transform from one frame to another, both given in a third.
+fn between(to: &Frame, from: &Frame) -> Frame {
+    Frame {
+        rotation: to.rotation.tr_mul(&from.rotation),
+        translation: to.inverse_point(&from.translation),
+    }
+}
+
+/// Position and quaternion (w x y z) of the second body in the first; `None` if all of the quaternion is zero.
+fn relative_pose(pose: &[f64]) -> Option<Frame> {
+    let [x, y, z, w, i, j, k] = *pose else {
+        return None;
+    };
+    let turn = UnitQuaternion::try_new(Quaternion::new(w, i, j, k), 1e-9)?;
+    Some(Frame {
+        rotation: *turn.to_rotation_matrix().matrix(),
+        translation: Vector3::new(x, y, z),
+    })
 }
 
 fn couple(

@@ -2,9 +2,9 @@
 //! version 3) and was checked against its kinematics.
 //!
 //! It reads nested default classes, includes, bodies and frames, hinge and slide joints, primitives and meshes, linear
-//! couplings (`equality/joint`, `equality/tendon`) and pairs of bodies that never collide. Elements that move nothing
-//! (actuators, sensors, inertias, options) are skipped. An unsupported element that would change the hand is an error that
-//! names the element and its line.
+//! couplings (`equality/joint`, `equality/tendon`), closed loops (`equality/connect`, `equality/weld`) and pairs of bodies that
+//! never collide. Elements that move nothing (actuators, sensors, inertias, options) are skipped. An unsupported element that
+//! would change the hand is an error that names the element and its line.
 
 mod body;
 mod coupling;
@@ -17,9 +17,9 @@ mod orientation;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::HandError;
 use super::model::Model;
 use super::sources::Files;
+use super::{Frame, HandError};
 use defaults::Defaults;
 use element::Element;
 use mesh::MeshAsset;
@@ -100,6 +100,8 @@ struct Reader<'a> {
     defaults: Defaults<'a>,
     meshes: BTreeMap<String, MeshAsset<'a>>,
     files: &'a dyn Files,
+    /// For each named site, its body and its frame there.
+    sites: BTreeMap<String, (String, Frame)>,
     model: Model,
 }
 
@@ -122,6 +124,7 @@ pub(super) fn read(name: &str, text: &str, files: &dyn Files) -> Result<Model, H
         defaults,
         meshes,
         files,
+        sites: BTreeMap::new(),
         model: Model {
             name: model_name(&root, name),
             ..Model::default()

@@ -9,8 +9,8 @@ use crate::formats::pickle_writer::Writer;
 use crate::hand::Hand;
 use crate::store::GraspRow;
 
-/// A grasp as MuJoCo's qpos: a free joint (position, quaternion w x y z), then one number per joint of the model. The free
-/// joint is that of a body to which the world of the hand's file is attached (`MjSpec.attach`).
+/// A grasp as MuJoCo's qpos: a free joint (position, quaternion w x y z) or the joints of a virtual wrist, then one number per
+/// joint of the model. The free joint is that of a body to which the world of the hand's file is attached (`MjSpec.attach`).
 #[derive(Debug, Clone, PartialEq)]
 pub struct QposRow {
     /// The id of the grasp.
@@ -137,7 +137,11 @@ pub fn table_json(grasps: &[&GraspRow], joint_names: &[String]) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// The rows of grasps of one hand, and the names of its joints in depth-first order, including joints that follow others.
+/// The rows of grasps of one hand, and the names of their columns: the pose, then the joints in depth-first order, including
+/// joints that follow others.
+///
+/// The pose is that of a free joint (`x`, `y`, `z`, `qw`, `qx`, `qy`, `qz`), or the coordinates of the hand's virtual wrist if
+/// these can give the poses of all grasps.
 ///
 /// # Panics
 /// If a grasp is one of another hand.
@@ -148,12 +152,25 @@ pub fn qpos(hand: &Hand, grasps: &[&GraspRow]) -> (Vec<String>, Vec<QposRow>) {
             .enumerate()
             .filter_map(|(place, link)| Some((place, link, link.motion?)))
     };
-    let names = moving().map(|(_, link, _)| link.joint_name.clone());
-    let row = |grasp: &&GraspRow| {
-        let pose = &grasp.grasp.pose;
-        let mut qpos = [pose.translation_m(), &pose.rotation_wxyz()].concat();
+    let of_wrist = hand.virtual_wrist.as_ref().and_then(|wrist| {
+        let places = grasps
+            .iter()
+            .map(|grasp| wrist.coordinates(&grasp.grasp.pose));
+        let places: Vec<Vec<f64>> = places.collect::<Option<_>>()?;
+        Some((wrist.joint_names().map(str::to_owned).collect(), places))
+    });
+    let (mut names, places): (Vec<String>, _) = of_wrist.unwrap_or_else(|| {
+        let free = ["x", "y", "z", "qw", "qx", "qy", "qz"].map(str::to_owned);
+        let places = grasps.iter().map(|grasp| {
+            let pose = &grasp.grasp.pose;
+            [pose.translation_m(), &pose.rotation_wxyz()].concat()
+        });
+        (free.to_vec(), places.collect())
+    });
+    names.extend(moving().map(|(_, link, _)| link.joint_name.clone()));
+    let row = |(grasp, mut qpos): (&&GraspRow, Vec<f64>)| {
         qpos.extend(moving().map(|(place, _, motion)| {
-            let q = pose.joints()[motion.joint];
+            let q = grasp.grasp.pose.joints()[motion.joint];
             // The joint's own coordinate, or the displacement of a joint that follows another.
             if hand.joints[motion.joint].link.0 == place {
                 q
@@ -163,15 +180,12 @@ pub fn qpos(hand: &Hand, grasps: &[&GraspRow]) -> (Vec<String>, Vec<QposRow>) {
         }));
         QposRow { id: grasp.id, qpos }
     };
-    (names.collect(), grasps.iter().map(row).collect())
+    (names, grasps.iter().zip(places).map(row).collect())
 }
 
-/// A CSV table of qpos vectors, with named columns.
-pub fn qpos_csv(rows: &[QposRow], joint_names: &[String]) -> Vec<u8> {
-    let pose = ["x", "y", "z", "qw", "qx", "qy", "qz"].map(str::to_owned);
-    let head = std::iter::once("id".to_owned())
-        .chain(pose)
-        .chain(joint_names.iter().cloned());
+/// A CSV table of qpos vectors, with the names of their columns.
+pub fn qpos_csv(rows: &[QposRow], names: &[String]) -> Vec<u8> {
+    let head = std::iter::once("id".to_owned()).chain(names.iter().cloned());
     let rows = rows.iter().map(|row| {
         let numbers = row.qpos.iter().map(f64::to_string);
         std::iter::once(row.id.to_string()).chain(numbers).collect()
