@@ -145,7 +145,7 @@ fn refusal(of: &Loop, open_m: f64, joints: &[&str]) -> HandError {
     } else {
         format!("its joints ({})", joints.join(", "))
     };
-    HandError::Mjcf {
+    HandError::Element {
         place: of.place.clone(),
         problem: format!(
             "it closes a loop between the links \"{first}\" and \"{second}\", but hands are trees here, and no linear \

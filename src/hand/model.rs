@@ -372,7 +372,7 @@ impl Model {
         if wraps && joint.kind == JointKind::Slide {
             let mut places = self.endless_slides.iter();
             if let Some([_, place]) = places.find(|[name, _]| *name == joint.name) {
-                return Err(HandError::Mjcf {
+                return Err(HandError::Element {
                     place: place.clone(),
                     problem: "a slide needs limits, but range is missing".to_owned(),
                 });

@@ -389,7 +389,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("corner.toml");
         std::fs::write(&path, boxes).unwrap();
-        Object::parts_of_file(&path).unwrap().mesh
+        Object::parts_of_file(&path, None).unwrap().mesh
     }
 
     #[test]
