@@ -221,6 +221,18 @@ pub fn import_grasps(
         let scales = ScaleCounts::of(rows.iter().map(|row| row.scale));
         Some(placed(&at_scale(rows, settings.scale, &scales).ok()?))
     };
+    let mut file = GraspFile {
+        metadata: Metadata {
+            schema_version: SCHEMA_VERSION,
+            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+            hands: vec![settings.hand.clone()],
+            objects: vec![settings.object.clone()],
+            energy: super::json(EnergySettings::default()),
+            ..Metadata::default()
+        },
+        grasps: Vec::new(),
+    };
+    let left_out = fill(&mut file, &rows, &joints, &mut notes)?;
     let doubt = match doubt(&imported, &reread) {
         Some(doubted) if doubted.refused => {
             return Err(GraspImportError::Implausible(doubted.doubt));
@@ -234,19 +246,7 @@ pub fn import_grasps(
         kept.insert(doubt.to_string());
     }
     told["notes"] = json!(kept);
-    let mut file = GraspFile {
-        metadata: Metadata {
-            schema_version: SCHEMA_VERSION,
-            program_version: env!("CARGO_PKG_VERSION").to_owned(),
-            hands: vec![settings.hand.clone()],
-            objects: vec![settings.object.clone()],
-            energy: super::json(EnergySettings::default()),
-            settings: told,
-            ..Metadata::default()
-        },
-        grasps: Vec::new(),
-    };
-    let left_out = fill(&mut file, &rows, &joints, &mut notes)?;
+    file.metadata.settings = told;
     let (judgements, object_notes) = complete(&mut file, &hand, run)?;
     notes.extend(file.beyond_limits().map(|warning| warning.to_string()));
     Ok(ImportedGrasps {

@@ -22,7 +22,7 @@ use crate::store::exchange::{AngleUnit, Frame as Direction, LengthUnit, Mapping,
 
 /// Gap that no reading needs to explain: no data set starts a grasp so far off.
 const FAR_M: f64 = 0.05;
-/// Depth that no reading needs to explain. The deepest data set that was measured has a median of 3 mm.
+/// Depth that no reading needs to explain. The deepest published grasps that were measured have a median of 7 mm.
 const DEEP_M: f64 = 0.015;
 /// Grasps that are off by less than this are not doubted.
 const PLAUSIBLE_M: f64 = 0.01;
@@ -111,7 +111,7 @@ pub(super) fn doubt(
     });
     let mut remedy = found.remedy;
     if refused {
-        remedy += "; a --mapping that states `translation_unit` imports them in spite of this";
+        remedy += "; `translation_unit = \"m\"` in a --mapping imports them as they are";
     }
     Some(Doubted {
         doubt: Doubt {
@@ -676,12 +676,13 @@ impl Trial<'_> {
             }
             for shift in shifts {
                 let at_scale_one = shift / self.range.scale;
-                let [x, y, z] = (-1e3 * shift).into();
+                // Without the sign of a rounded zero.
+                let [x, y, z] = <[f64; 3]>::from(-1e3 * shift).map(|x| x.round() + 0.0);
                 consider(
                     &shifted(self.given, at_scale_one),
                     format!("the origin of {} is another one", self.imported.object.name),
                     format!(
-                        "move the vertices of the mesh by ({x:.0}, {y:.0}, {z:.0}) mm, measured at scale {}",
+                        "move the vertices of the mesh by about ({x}, {y}, {z}) mm, measured at scale {}",
                         self.range.scale
                     ),
                 );

@@ -118,10 +118,10 @@ fn another_order_direction_or_origin_is_named() {
             ],
         ),
         (
-            |pose| moved(pose, [0.0, 0.05, 0.0]),
+            |pose| moved(pose, [0.0, 0.03, 0.0]),
             &[
                 "the origin of bottle_round is another one",
-                "move the vertices",
+                "move the vertices of the mesh by about (0, 30, ",
                 "mm",
             ],
         ),
