@@ -541,7 +541,7 @@ fn marks_are_not_solid() {
     };
     assert!(
         note.starts_with(
-            "links \"axes\" and \"tip\" have no collision geometry, so visual geometry is left out"
+            "links \"tip\" and \"axes\" have no collision geometry, so visual geometry is left out"
         ),
         "{note}"
     );

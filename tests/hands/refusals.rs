@@ -346,7 +346,7 @@ fn numbers_that_nobody_means_are_named() {
     assert!(Hand::from_urdf(&urdf(good, ""), None).is_ok());
     let told = [
         "a position in link \"b\"",
-        "the limits of joint \"j\"",
+        "of joint \"j\"",
         "\"j\" has an axis of length zero",
         "a size in link \"b\"",
     ];
