@@ -200,6 +200,14 @@ fn a_virtual_wrist_becomes_the_pose() {
         (body(&THREE) + &wrist(&WRIST, "0 0 0"), false),
         (wrist(&WRIST[..3], "0 0 0") + &body(&THREE), false),
         (wrist(&WRIST, "0 0 0.05") + &body(&THREE), true),
+        // Marks for drawing are no geometry.
+        (
+            wrist(&WRIST, "0 0 0").replace(
+                "<link name=\"roll_link\"/>",
+                "<link name=\"roll_link\"><visual><geometry><sphere radius=\"0.01\"/></geometry></visual></link>",
+            ) + &body(&THREE),
+            false,
+        ),
     ] {
         let hand = urdf(&text).unwrap();
         let names = |hand: &Hand| {
@@ -332,7 +340,7 @@ fn a_virtual_wrist_of_mjcf_becomes_the_pose() {
             (hand.links.len(), &hand.links[0].name),
             (plain.links.len(), &plain.links[0].name)
         );
-        assert_eq!(hand.root_offset(), plain.root_offset());
+        assert_eq!(hand.root_offset().is_some(), plain.root_offset().is_some());
         assert!(
             hand.notes[0].starts_with("the joints x, y, z, turn move"),
             "{:?}",
