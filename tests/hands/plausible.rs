@@ -460,6 +460,14 @@ fn a_linkage_moves_as_one_joint() {
         "{:?}",
         hand.notes
     );
+    let absurd = CONNECT.replace("0.03 0 0", "1e300 0 0");
+    let told = Hand::from_urdf(&four_bar(rocker, end, &absurd), None)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        told.contains("a point of <connect>") && told.contains("is not from -10 to 10 m"),
+        "{told}"
+    );
     // The palm may be held by the world.
     let hand = Hand::from_urdf(&four_bar(rocker, end, "<weld body1=\"palm\"/>"), None).unwrap();
     assert_eq!((hand.joints.len(), hand.notes.len()), (4, 0));
