@@ -164,6 +164,13 @@ fn digits_that_touch_at_rest_but_not_always_are_checked() {
     assert!(checked(&hand, ["one_far", "two_far"]));
 }
 
+/// The pairs of the built-in hands are those that their published grasps were made with.
+#[test]
+fn built_in_hands_keep_their_pairs() {
+    let pairs = HAND_NAMES.map(|name| Hand::named(name).unwrap().self_pairs.len());
+    assert_eq!(pairs, [227, 227, 151, 698, 9]);
+}
+
 /// What a virtual wrist is made of: names, kinds, axes and ranges of joints, one behind the other.
 const WRIST: [(&str, &str, &str, [f64; 2]); 6] = [
     ("slide_x", "prismatic", "1 0 0", [-1.0, 1.0]),
