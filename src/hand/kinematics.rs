@@ -175,6 +175,7 @@ impl Hand {
 impl Link {
     /// Frame of the link for these joint coordinates, in the frame in which `parent` is that of its parent. A ball joint does
     /// not turn it.
+    #[inline]
     pub(super) fn frame_in(&self, parent: &Frame, joints: &[f64]) -> Frame {
         let mut frame = parent.compose(&self.parent_from_link);
         if let Some(motion) = &self.motion {

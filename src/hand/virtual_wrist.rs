@@ -6,7 +6,7 @@
 use nalgebra::{Matrix6, Quaternion, Rotation3, UnitQuaternion, Vector3, Vector6};
 
 use super::kinematics::moved;
-use super::model::{Model, ModelJoint};
+use super::model::{Body, Model, ModelJoint};
 use super::{Frame, JointKind};
 use crate::space::Pose;
 
@@ -141,6 +141,9 @@ impl Model {
     /// hand, and is coupled with no other. The first link with geometry or branches behind it becomes the root; if it is displaced from the
     /// root of the description, that root is kept and carries it.
     pub(super) fn fold_virtual_wrist(&mut self) {
+        // Marks for drawing on these links are no geometry.
+        let solid = |body: &Body| body.parts.iter().any(|part| part.solid);
+        let any_solid = self.bodies.iter().any(solid);
         let (mut last, mut wrist) = (0, Vec::new());
         for (b, body) in self.bodies.iter().enumerate() {
             // Depth first: in a chain each link is followed by its only child.
@@ -155,7 +158,12 @@ impl Model {
             }
             last = b;
             let children = self.bodies.iter().filter(|child| child.parent == Some(b));
-            if !body.parts.is_empty() || children.count() != 1 {
+            let shaped = if any_solid {
+                solid(body)
+            } else {
+                !body.parts.is_empty()
+            };
+            if shaped || children.count() != 1 {
                 break;
             }
         }

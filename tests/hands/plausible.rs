@@ -164,6 +164,13 @@ fn digits_that_touch_at_rest_but_not_always_are_checked() {
     assert!(checked(&hand, ["one_far", "two_far"]));
 }
 
+/// The pairs of the built-in hands are those that their published grasps were made with.
+#[test]
+fn built_in_hands_keep_their_pairs() {
+    let pairs = HAND_NAMES.map(|name| Hand::named(name).unwrap().self_pairs.len());
+    assert_eq!(pairs, [227, 227, 151, 698, 9]);
+}
+
 /// What a virtual wrist is made of: names, kinds, axes and ranges of joints, one behind the other.
 const WRIST: [(&str, &str, &str, [f64; 2]); 6] = [
     ("slide_x", "prismatic", "1 0 0", [-1.0, 1.0]),
@@ -200,6 +207,14 @@ fn a_virtual_wrist_becomes_the_pose() {
         (body(&THREE) + &wrist(&WRIST, "0 0 0"), false),
         (wrist(&WRIST[..3], "0 0 0") + &body(&THREE), false),
         (wrist(&WRIST, "0 0 0.05") + &body(&THREE), true),
+        // Marks for drawing are no geometry.
+        (
+            wrist(&WRIST, "0 0 0").replace(
+                "<link name=\"roll_link\"/>",
+                "<link name=\"roll_link\"><visual><geometry><sphere radius=\"0.01\"/></geometry></visual></link>",
+            ) + &body(&THREE),
+            false,
+        ),
     ] {
         let hand = urdf(&text).unwrap();
         let names = |hand: &Hand| {
@@ -332,7 +347,7 @@ fn a_virtual_wrist_of_mjcf_becomes_the_pose() {
             (hand.links.len(), &hand.links[0].name),
             (plain.links.len(), &plain.links[0].name)
         );
-        assert_eq!(hand.root_offset(), plain.root_offset());
+        assert_eq!(hand.root_offset().is_some(), plain.root_offset().is_some());
         assert!(
             hand.notes[0].starts_with("the joints x, y, z, turn move"),
             "{:?}",
@@ -451,6 +466,14 @@ fn a_linkage_moves_as_one_joint() {
         hand.notes[0].contains("does not belong to the hand"),
         "{:?}",
         hand.notes
+    );
+    let absurd = CONNECT.replace("0.03 0 0", "1e300 0 0");
+    let told = Hand::from_urdf(&four_bar(rocker, end, &absurd), None)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        told.contains("a point of <connect>") && told.contains("is not from -10 to 10 m"),
+        "{told}"
     );
     // The palm may be held by the world.
     let hand = Hand::from_urdf(&four_bar(rocker, end, "<weld body1=\"palm\"/>"), None).unwrap();

@@ -3,10 +3,11 @@
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::super::loops::Loop;
-use super::super::model::Coupling;
+use super::super::model::{Coupling, within};
 use super::super::{Frame, HandError};
 use super::Reader;
 use super::element::Element;
+use crate::limits::HAND_POSITION;
 
 /// A `<fixed>` tendon: a weighted sum of joint coordinates.
 struct Tendon<'a> {
@@ -203,12 +204,16 @@ fn of_bodies(reader: &mut Reader<'_>, element: &Element) -> Result<(), HandError
     if weld {
         corners.extend((0..3).map(|axis| Vector3::ith(axis, LEVER_M)));
     }
-    let points = corners
-        .iter()
-        .map(|corner| [first_frame, second_frame].map(|frame| frame.point(corner)));
+    let pair = |corner| [first_frame, second_frame].map(|frame| frame.point(corner));
+    let points: Vec<[Vector3<f64>; 2]> = corners.iter().map(pair).collect();
+    for &coordinate in points.iter().flatten().flatten() {
+        within(HAND_POSITION, coordinate, || {
+            format!("a point of {}", element.place())
+        })?;
+    }
     reader.model.loops.push(Loop {
         place: element.place(),
-        points: points.collect(),
+        points,
         links: [first, second],
     });
     Ok(())
