@@ -172,9 +172,8 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         anyhow::ensure!(!doubt.sure || settings.keep == Keep::All, "{}", doubt.doubt);
     }
     if !common.quiet {
-        input::warn(&Vec::from_iter(
-            doubt.iter().map(|doubt| doubt.doubt.to_string()),
-        ));
+        let of_size = doubt.iter().map(|doubt| doubt.doubt.to_string());
+        input::warn(&of_size.collect::<Vec<_>>());
         // A file of grasps was made with what is noted of its object.
         let of_object = energy
             .object()

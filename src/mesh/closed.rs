@@ -363,10 +363,10 @@ impl Mesh {
         boxes.sort_by(|[a, _], [b, _]| a.x.total_cmp(&b.x));
         let same = SAME * self.size_m();
         boxes.iter().enumerate().all(|(place, [low, high])| {
-            let near = boxes[place + 1..]
+            let mut near = boxes[place + 1..]
                 .iter()
                 .take_while(|[other, _]| other.x - low.x <= same);
-            near.into_iter().all(|[other_low, other_high]| {
+            near.all(|[other_low, other_high]| {
                 (other_low - low).amax() > same || (other_high - high).amax() > same
             })
         })

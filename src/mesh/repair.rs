@@ -305,13 +305,9 @@ fn mend(
     let mut scraps: Vec<usize> = (0..triangles.len())
         .filter(|&face| sheets[face] || thin.contains(&cells.parts[face]))
         .collect();
-    if !scraps.is_empty() && !solid.triangles.is_empty() {
-        let inside = Winding::new(&solid.vertices, &solid.triangles);
-        let count = scraps.len();
-        scraps
-            .retain(|&face| !lies_inside(&triangles[face].map(|v| vertices[v as usize]), &inside));
-        walls_inside += count - scraps.len();
-    }
+    let count = scraps.len();
+    drop_inside(&solid, &faces, &mut scraps);
+    walls_inside += count - scraps.len();
     let whole: f64 = (0..triangles.len()).map(|face| faces.area(face)).sum();
     let share = scraps.iter().map(|&face| faces.area(face)).sum::<f64>() / whole;
     if let Some(thickness) = thickness {
@@ -352,6 +348,11 @@ fn mend(
     if let Some(nested) = pieces.nested(vertices) {
         repairs.push(nested);
     }
+    united(name, solid)
+}
+
+/// The mesh of pieces that are closed unless faces lie on each other in a way that is not resolved.
+fn united(name: &str, solid: Triangles) -> Result<Mesh, MeshError> {
     let mesh = Mesh::new(name, solid.vertices, solid.triangles);
     mesh.map_err(|error| match error {
         MeshError::Open { edges, .. } | MeshError::Orientation { edges, .. } => {
@@ -362,6 +363,18 @@ fn mend(
         }
         error => error,
     })
+}
+
+/// Drops the triangles among `scraps` that lie in a solid.
+fn drop_inside(solid: &Triangles, faces: &Faces, scraps: &mut Vec<usize>) {
+    if scraps.is_empty() || solid.triangles.is_empty() {
+        return;
+    }
+    let inside = Winding::new(&solid.vertices, &solid.triangles);
+    scraps.retain(|&face| {
+        let corners = faces.triangles[face].map(|vertex| faces.vertices[vertex as usize]);
+        !lies_inside(&corners, &inside)
+    });
 }
 
 /// Whether a triangle lies in a solid, except perhaps for its corners.
