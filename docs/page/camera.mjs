@@ -156,7 +156,7 @@ const leaf = item =>
 async function film() {
   await open("grasps.html", "", FILM);
   // The panels are a little lower than in a window of this size, so that the way fits below.
-  await run(`${ARROW}; window.arrow = arrow; for (const id of ["tree", "graph", "scene"]) byId(id).style.height = "420px"; 0`);
+  await run(`${ARROW}; window.arrow = arrow; for (const id of ["tree", "graph", "scene"]) byId(id).style.height = "390px"; 0`);
   await settle();
   // A way of moderate length on which the hand turns much.
   const [from, to] = await run(`(() => {
@@ -213,17 +213,17 @@ try {
   await call("Runtime.enable");
   await call("Page.addScriptToEvaluateOnNewDocument", { source: CLOCK });
   const large = [1440, 1000];
-  await still("way", "grasps.html", "sel=m3,m17&step=0.62", large);
+  await still("way", "grasps.html", "sel=m3,m17&step=0.62", large, { height: 1030 });
   await still("families", "grasps.html", "sel=m3&level=0.25&pin=m3,m8,m17", [1440, 900]);
-  await still("dark", "grasps.html", "sel=m3,m17&level=0.25&step=0.3", large, { dark: true });
-  await still("search", "grasps.html", "q=epsilon+%3E+0.04+and+not+power&colour=epsilon", large);
+  await still("dark", "grasps.html", "sel=m3,m17&level=0.25&step=0.3", large, { dark: true, height: 1030 });
+  await still("search", "grasps.html", "q=epsilon+%3E+0.04&chip=category+%3D+power&colour=epsilon", large);
   await still("narrow", "grasps.html", "sel=m3,m17", [390, 844], { height: 1680 });
   await still("projector", "grasps.html", "sel=m3,m17&step=0.4", [1024, 768], { height: 1500 });
   // The link names the folder of these pages, which is a temporary one.
   const exported = 'openExport(); const link = byId("link"); link.value = link.value.replace(/^.*[/]/, "file:///home/me/")';
   await still("export", "grasps.html", "sel=m3,m17", [1440, 760], { script: exported });
   await still("labels", "grasps.html", "", [1440, 760], { script: "panels.label.open(); panels.label.give('Medium Wrap'); panels.label.next()" });
-  await still("population", "population.html", "pin=%231,%232,%233", [1440, 900]);
+  await still("population", "population.html", "", [1440, 900], { height: 1130 });
   await still("two", "two.html", "sel=m3", [1440, 900]);
   await still("surface", "muller-brown.html", "sel=m0,m1&step=0.3", [1440, 900]);
   await still("line", "double-well.html", "sel=m0,m1&step=0.4", [1440, 640]);

@@ -313,7 +313,9 @@ told.places = likeness.x.length;
 const canvas = map.drawing.canvas;
 const apart = Array.from({ length: model.count }, (_, item) => item).filter(item => map.found(map.at(item))?.item === item);
 told.dots = apart.length;
-const item = apart[3];
+// The grasp that is farthest from all others: a click may be half a pixel off.
+const room = item => Math.min(...apart.filter(other => other !== item).map(other => Math.hypot(map.at(item)[0] - map.at(other)[0], map.at(item)[1] - map.at(other)[1])));
+const item = apart.reduce((best, other) => (room(other) > room(best) ? other : best));
 await point(canvas, "pointermove", map.at(item));
 told.hover = state.hover === item && document.querySelector("#scene .caption").textContent.startsWith(model.name(item) + " ");
 await point(canvas, "click", map.at(item));
