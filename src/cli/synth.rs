@@ -312,18 +312,18 @@ fn refused(found: &Synthesis) -> Option<String> {
 
 /// The outcome of the drop test of some of all grasps.
 fn hold(held: usize, dropped: usize, all: usize) -> String {
-    let of = if dropped < all {
-        format!("of {dropped} that were dropped in simulation")
-    } else {
-        "when dropped in simulation".to_owned()
+    let held = match held {
+        0 => format!("none of {dropped} holds"),
+        1 => format!("1 of {dropped} holds"),
+        held if held == dropped => format!("all {held} hold"),
+        held => format!("{held} of {dropped} hold"),
     };
-    match held {
-        0 => format!("none holds {of}\n"),
-        held if held == dropped && dropped == all && all > 1 => format!("all {held} hold {of}\n"),
-        1 => format!("1 holds {of}\n"),
-        held if dropped < all => format!("{held} hold {of}\n"),
-        held => format!("{held} of {dropped} hold {of}\n"),
-    }
+    let sample = if dropped < all {
+        format!(" ({dropped} of {all} grasps were dropped)")
+    } else {
+        String::new()
+    };
+    format!("{held} when dropped in simulation{sample}\n")
 }
 
 /// What to do if no chain passes the filter.
@@ -557,15 +557,14 @@ mod tests {
     fn outcomes_of_drops_are_sentences() {
         for (held, dropped, all, told) in [
             (21, 21, 21, "all 21 hold when dropped in simulation"),
-            (1, 1, 1, "1 holds when dropped in simulation"),
-            (0, 2, 2, "none holds when dropped in simulation"),
+            (1, 1, 1, "1 of 1 holds when dropped in simulation"),
+            (0, 2, 2, "none of 2 holds when dropped in simulation"),
             (19, 21, 21, "19 of 21 hold when dropped in simulation"),
-            (31, 32, 60, "31 hold of 32 that were dropped in simulation"),
             (
-                0,
+                32,
                 32,
                 60,
-                "none holds of 32 that were dropped in simulation",
+                "all 32 hold when dropped in simulation (32 of 60 grasps were dropped)",
             ),
         ] {
             assert_eq!(hold(held, dropped, all).trim_end(), told);

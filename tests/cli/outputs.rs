@@ -434,7 +434,7 @@ fn a_full_disk_leaves_no_empty_folder() {
     let desk = Desk::with_grasps();
     let before = contents(desk.folder.path());
     for line in [
-        "export g.parquet glb -o a/b.scenes",
+        "export g.parquet glb -o b.scenes",
         "build g.parquet --first 2",
     ] {
         let shell = format!(
