@@ -17,7 +17,6 @@ pub(crate) mod collada;
 #[cfg(feature = "cli")]
 pub(crate) mod csv_text;
 pub(crate) mod gltf;
-pub(crate) mod lfs;
 pub(crate) mod msh;
 #[cfg_attr(
     not(feature = "cli"),

@@ -4,8 +4,7 @@ use std::io::BufRead;
 use std::path::Path;
 
 use super::{Mesh, MeshError, Repaired};
-use crate::formats::lfs::is_lfs_pointer;
-use crate::formats::{Triangles, bytes_of, ending, gltf, obj, ply, stl};
+use crate::formats::{Triangles, bytes_of, ending, gltf, lfs_pointer, obj, ply, stl};
 
 impl Mesh {
     /// Reads an OBJ, STL, PLY or glTF file (`.gltf`, `.glb`) in metres. The mesh is repaired if that is needed and safe.
@@ -80,7 +79,7 @@ fn triangles_of(path: &Path) -> Result<Triangles, MeshError> {
         source,
     };
     let bytes = bytes_of(path).map_err(cannot)?;
-    if is_lfs_pointer(&bytes) {
+    if lfs_pointer(&bytes) {
         return Err(MeshError::Pointer(name));
     }
     match kind.as_str() {
