@@ -38,6 +38,8 @@ pub(super) struct Cells {
     pub(super) solids: Vec<usize>,
     /// Whether triangles lie on each other at some edge.
     flush: bool,
+    /// Number of triangles that were given. Those after them close holes.
+    given: usize,
 }
 
 /// A triangle at an edge.
@@ -60,16 +62,18 @@ impl Blade {
     }
 }
 
-/// Calls `see` for each edge of the given triangles, with its triangles in the order of their angles. Triangles that lie on
-/// each other form one group.
+/// Calls `see` for each edge of the triangles in `seen`, with its triangles in the order of their angles. Triangles that lie on
+/// each other form one group, but for those from `given` on, which close holes: beside a hole that bends in its plane they lie
+/// on its neighbours, and yet the surface goes on there.
 fn for_each_edge(
     vertices: &[Vector3<f64>],
     triangles: &[[u32; 3]],
-    given: impl Iterator<Item = usize>,
+    given: usize,
+    seen: impl Iterator<Item = usize>,
     mut see: impl FnMut(&[Vec<Blade>]),
 ) {
     let mut uses: Vec<([u32; 2], u32, Blade)> = Vec::new();
-    for triangle in given {
+    for triangle in seen {
         let [a, b, c] = triangles[triangle];
         for [from, to, other] in [[a, b, c], [b, c, a], [c, a, b]] {
             let blade = Blade {
@@ -81,12 +85,17 @@ fn for_each_edge(
     }
     uses.sort_by_key(|(edge, _, blade)| (*edge, blade.triangle));
     for at in uses.chunk_by(|one, next| one.0 == next.0) {
-        see(&groups(vertices, at));
+        see(&groups(vertices, given, at));
     }
 }
 
 /// The triangles at one edge, grouped and sorted by angle.
-fn groups(vertices: &[Vector3<f64>], at: &[([u32; 2], u32, Blade)]) -> Vec<Vec<Blade>> {
+fn groups(
+    vertices: &[Vector3<f64>],
+    given: usize,
+    at: &[([u32; 2], u32, Blade)],
+) -> Vec<Vec<Blade>> {
+    let closes_hole = |blade: &Blade| blade.triangle >= given;
     let [low, high] = at[0].0.map(|vertex| vertices[vertex as usize]);
     let along = (high - low).try_normalize(0.0).unwrap_or_default();
     let outward = |other: u32| {
@@ -109,13 +118,19 @@ fn groups(vertices: &[Vector3<f64>], at: &[([u32; 2], u32, Blade)]) -> Vec<Vec<B
     let mut before = f64::NEG_INFINITY;
     for (angle, blade) in &blades {
         match groups.last_mut() {
-            Some(group) if angle - before < FLUSH_RAD => group.push(*blade),
+            Some(group)
+                if angle - before < FLUSH_RAD && !closes_hole(blade) && !closes_hole(&group[0]) =>
+            {
+                group.push(*blade);
+            }
             _ => groups.push(vec![*blade]),
         }
         before = *angle;
     }
     // Rounding may have put a triangle of the first group at the end of the turn.
-    if groups.len() > 1 && blades[0].0 + TAU - before < FLUSH_RAD {
+    let at_ends = [&groups[0], &groups[groups.len() - 1]];
+    let of_given = at_ends.iter().all(|group| !closes_hole(&group[0]));
+    if groups.len() > 1 && of_given && blades[0].0 + TAU - before < FLUSH_RAD {
         let last = groups.pop().unwrap_or_default();
         groups[0].extend(last);
     }
@@ -123,11 +138,12 @@ fn groups(vertices: &[Vector3<f64>], at: &[([u32; 2], u32, Blade)]) -> Vec<Vec<B
 }
 
 impl Cells {
-    pub(super) fn new(vertices: &[Vector3<f64>], triangles: &[[u32; 3]]) -> Self {
+    /// The cells of triangles, of which those from the index `given` on close holes.
+    pub(super) fn new(vertices: &[Vector3<f64>], triangles: &[[u32; 3]], given: usize) -> Self {
         let count = triangles.len();
         let (mut sides, mut parts) = (Sets::new(2 * count), Sets::new(count));
         let mut flush = false;
-        for_each_edge(vertices, triangles, 0..count, |groups| {
+        for_each_edge(vertices, triangles, given, 0..count, |groups| {
             let mut last = groups[groups.len() - 1][0];
             for group in groups {
                 let here = group[0];
@@ -170,6 +186,7 @@ impl Cells {
             parts,
             solids,
             flush,
+            given,
         }
     }
 
@@ -184,22 +201,23 @@ impl Cells {
         triangles: &[[u32; 3]],
         of_role: impl Fn(Role) -> bool,
     ) -> Vec<bool> {
-        let given = || (0..triangles.len()).filter(|&triangle| of_role(self.roles[triangle]));
+        let of_this_role =
+            || (0..triangles.len()).filter(|&triangle| of_role(self.roles[triangle]));
         let mut kept = vec![false; triangles.len()];
         if !self.flush {
-            for triangle in given() {
+            for triangle in of_this_role() {
                 kept[triangle] = true;
             }
             return kept;
         }
         let mut layers = Layers::new(triangles.len());
-        for_each_edge(vertices, triangles, given(), |groups| {
+        for_each_edge(vertices, triangles, self.given, of_this_role(), |groups| {
             layers.add(groups, &self.roles);
         });
-        for triangle in given() {
+        for triangle in of_this_role() {
             layers.settle(triangle, true);
         }
-        for triangle in given() {
+        for triangle in of_this_role() {
             kept[triangle] = layers.kept[triangle] == Some(true);
         }
         kept

@@ -270,12 +270,13 @@ fn mend(
     }
     let mut faces = Faces::of(soup);
     faces.cut_at_corners(reach);
-    let mut cells = Cells::new(&faces.vertices, &faces.triangles);
+    let given = faces.triangles.len();
+    let mut cells = Cells::new(&faces.vertices, &faces.triangles, given);
     let mut closing = Closing::default();
     if thickness.is_none() {
         closing.close_parts(&mut faces, &cells);
         if closing.holes > 0 {
-            cells = Cells::new(&faces.vertices, &faces.triangles);
+            cells = Cells::new(&faces.vertices, &faces.triangles, given);
         }
     }
     let (vertices, triangles) = (&faces.vertices, &faces.triangles);
