@@ -12,7 +12,7 @@ use crate::topography::Rarefaction;
 
 /// Greatest number of grasps of which all are placed together; of more, [`LANDMARKS`] are, and the others among these.
 const TOGETHER: usize = 300;
-/// Their number. They are evenly spaced in the order of the file.
+/// Greatest number of landmarks.
 const LANDMARKS: usize = 200;
 /// Width and height of the picture, about that of its panel: pictures of several populations are packed for it.
 const ASPECT: f64 = 1.6;
@@ -32,20 +32,19 @@ impl Likeness {
     /// Places grasps so that distances in the plane follow those of `space` ([`majorise`]).
     pub(super) fn of(space: &dyn Space, poses: &[&[f64]]) -> Self {
         let count = poses.len();
-        let fixed: Vec<usize> = if count <= TOGETHER {
-            (0..count).collect()
+        let (fixed, rows) = if count <= TOGETHER {
+            let row = |pose: &&[f64]| {
+                poses
+                    .iter()
+                    .map(|other| space.distance(pose, other))
+                    .collect()
+            };
+            ((0..count).collect(), poses.par_iter().map(row).collect())
         } else {
-            (0..LANDMARKS).map(|k| k * count / LANDMARKS).collect()
+            landmarks(space, poses)
         };
-        let rows = poses.par_iter().map(|pose| {
-            let to = fixed
-                .iter()
-                .map(|other| space.distance(pose, poses[*other]));
-            to.collect::<Vec<f64>>()
-        });
-        let rows: Vec<Vec<f64>> = rows.collect();
-        let distances: Vec<f64> = (fixed.iter())
-            .flat_map(|row| rows[*row].iter().copied())
+        let distances: Vec<f64> = (rows.iter())
+            .flat_map(|row: &Vec<f64>| fixed.iter().map(|other: &usize| row[*other]))
             .collect();
         let placed = majorise(fixed.len(), &distances, 0).points;
         let pairs = distances.iter().filter(|distance| **distance > 0.0).count() as f64 / 2.0;
@@ -53,9 +52,11 @@ impl Likeness {
         let places = if count <= TOGETHER {
             placed
         } else {
-            rows.par_iter()
-                .map(|row| place_among(&placed, row))
-                .collect()
+            let place = |grasp: usize| {
+                let row: Vec<f64> = rows.iter().map(|row| row[grasp]).collect();
+                place_among(&placed, &row)
+            };
+            (0..count).into_par_iter().map(place).collect()
         };
         Self { places, error }
     }
@@ -71,6 +72,30 @@ impl Likeness {
             [0.0; 2]
         }
     }
+}
+
+/// Landmarks and the distances of all grasps from each. Each landmark is the grasp that is farthest from those before it (de
+/// Silva and Tenenbaum 2004, *Sparse Multidimensional Scaling Using Landmark Points*), so that every cluster has some. None
+/// coincides with another.
+fn landmarks(space: &dyn Space, poses: &[&[f64]]) -> (Vec<usize>, Vec<Vec<f64>>) {
+    let mut nearest = vec![f64::INFINITY; poses.len()];
+    let (mut chosen, mut rows) = (Vec::new(), Vec::new());
+    let mut next = 0;
+    while chosen.len() < LANDMARKS && nearest[next] > 0.0 {
+        let distances = poses
+            .par_iter()
+            .map(|pose| space.distance(poses[next], pose));
+        let row: Vec<f64> = distances.collect();
+        for (nearest, distance) in nearest.iter_mut().zip(&row) {
+            *nearest = nearest.min(*distance);
+        }
+        chosen.push(next);
+        rows.push(row);
+        let farthest =
+            (0..poses.len()).max_by(|&a, &b| nearest[a].total_cmp(&nearest[b]).then(b.cmp(&a)));
+        next = farthest.unwrap_or(0);
+    }
+    (chosen, rows)
 }
 
 /// The pictures of all populations side by side, with their names and the places of these. Distances within a picture are in
