@@ -92,7 +92,9 @@ fn repeated(joined: &JoinedFile) -> Option<String> {
     let [last, first] = joined.repeated.first()?;
     let of = |id: &u64| {
         let row = joined.file.grasps.iter().find(|row| row.id == *id);
-        row.map_or("", |row| row.source.as_str())
+        let source = row.map_or("", |row| row.source.as_str());
+        // Without what the file itself had told.
+        source.split_once(": ").map_or(source, |(place, _)| place)
     };
     Some(format!(
         "{} another one bit for bit (the first: {} is {}) and would count twice: leave out one of the files, or make more \
