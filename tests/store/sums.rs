@@ -33,12 +33,17 @@ fn a_damaged_file_of_grasps_is_refused_or_read_as_it_was() {
     let (_folder, path) = place("grasps.parquet");
     file(3).write(&path).unwrap();
     let bytes = fs::read(&path).unwrap();
-    let whole = read(&path).unwrap();
+    let (whole, _) = read(&path).unwrap();
     let mut refused = 0;
     for position in (0..bytes.len()).step_by(EVERY) {
         fs::write(&path, flipped(&bytes, position, 1 << (position % 8))).unwrap();
         match read(&path) {
-            Ok(found) => assert_eq!(found, whole, "byte {position}"),
+            Ok((found, warnings)) => {
+                assert_eq!(found, whole, "byte {position}");
+                // Where the name of the program or of the checksum is damaged, the file looks like one of another program.
+                let told = |warning: &Warning| matches!(warning, Warning::Unsealed(_));
+                assert!(warnings.iter().all(told), "byte {position}: {warnings:?}");
+            }
             Err(_) => refused += 1,
         }
     }
