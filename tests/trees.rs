@@ -239,7 +239,7 @@ fn files_that_do_not_fit_are_refused() {
     assert!(!desk.path("bad.landscape").exists() && !desk.path("bad.landscape.partial").exists());
     assert!(
         desk.mistake("import nowhere")
-            .contains("nowhere is no folder")
+            .contains("there is no such file or folder")
     );
     fs::remove_file(desk.path("bad/min.data")).unwrap();
     assert!(

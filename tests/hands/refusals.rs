@@ -42,7 +42,7 @@ fn bad_descriptions_are_named() {
             sphere,
         ),
         (
-            "joint \"k\" may move from -inf to inf: give it finite limits",
+            "the limits of joint \"k\": -inf is not from -100 to 100 rad",
             turn.clone()
                 + &joint(
                     "k",
