@@ -572,6 +572,11 @@ fn recorded_import_remakes_the_file() {
 }
 
 #[test]
+fn recorded_join_remakes_the_file() {
+    remade("join");
+}
+
+#[test]
 fn recorded_label_remakes_the_file() {
     remade("label");
 }
