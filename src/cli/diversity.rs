@@ -138,7 +138,7 @@ pub(super) fn run(command: &Diversity, common: &Common) -> anyhow::Result<()> {
 
 /// What a path holds.
 enum Opened {
-    Grasps(GraspFile),
+    Grasps(Box<GraspFile>),
     Landscape(Box<LandscapeFiles>),
 }
 
@@ -154,7 +154,7 @@ impl Opened {
         if !common.quiet {
             input::warn(&warnings);
         }
-        Ok(Self::Grasps(file))
+        Ok(Self::Grasps(Box::new(file)))
     }
 
     fn grasps(&self) -> usize {

@@ -174,19 +174,7 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     if !common.quiet {
         let of_size = doubt.iter().map(|doubt| doubt.doubt.to_string());
         input::warn(&of_size.collect::<Vec<_>>());
-        // A file of grasps was made with what is noted of its object.
-        let of_object = energy
-            .object()
-            .notes
-            .iter()
-            .filter(|_| command.from.is_none());
-        input::warn(
-            &notes
-                .into_iter()
-                .chain(of_object.cloned())
-                .collect::<Vec<_>>(),
-        );
-        input::warn(&expense(energy.hand(), energy.layer_balls()));
+        warn_of_inputs(command, &energy, notes);
     }
     explain(|| {
         let chosen = match &command.config {
@@ -227,10 +215,6 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     watch.clear();
     let seconds = started.elapsed().as_secs_f64();
     let mut told = value(&found, seconds);
-    if common.verbose && !common.quiet {
-        let seconds = (resumed == 0).then_some(seconds);
-        print(&statistics(&energy, &found, seconds));
-    }
     let refused = refused(&found);
     anyhow::ensure!(
         !found.grasps.is_empty(),
@@ -242,7 +226,11 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
             |doubt| doubt.doubt.to_string()
         )
     );
-    let answer = answer(&energy, &found, &settings, &command.output);
+    let mut answer = answer(&energy, &found, &settings, &command.output);
+    if common.verbose {
+        let seconds = (resumed == 0).then_some(seconds);
+        answer += &statistics(&energy, &found, seconds);
+    }
     let file = GraspFile {
         metadata: Metadata {
             command: common.provenance.command.clone(),
@@ -324,6 +312,16 @@ fn hold(held: usize, dropped: usize, all: usize) -> String {
         String::new()
     };
     format!("{held} when dropped in simulation{sample}\n")
+}
+
+/// Warns of what was noted of the object, and of a hand that makes chains slow.
+fn warn_of_inputs(command: &Synth, energy: &GraspEnergy, mut notes: Vec<String>) {
+    // A file of grasps was made with what is noted of its object.
+    if command.from.is_none() {
+        notes.extend(energy.object().notes.iter().cloned());
+    }
+    input::warn(&notes);
+    input::warn(&expense(energy.hand(), energy.layer_balls()));
 }
 
 /// What to do if no chain passes the filter.

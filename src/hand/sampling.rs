@@ -52,7 +52,7 @@ mod tests {
     /// Known values for one and two dimensions, and every tenth of every range is visited about equally often.
     #[test]
     fn ranges_are_filled_evenly() {
-        assert!((golden_ratio(1) - (1.0 + 5f64.sqrt()) / 2.0).abs() < 1e-14);
+        assert!((golden_ratio(1) - 1.618_033_988_749_895).abs() < 1e-14);
         assert!((golden_ratio(2) - 1.324_717_957_244_746).abs() < 1e-14);
         let joints = Hand::human().joints;
         let samples = joint_samples(&joints, 200);

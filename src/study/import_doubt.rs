@@ -185,6 +185,7 @@ fn sample(grasps: &[Placed]) -> Vec<Placed> {
 
 /// How far grasps are off: medians, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::struct_field_names, reason = "`_m` names their unit")]
 struct Fit {
     off_m: f64,
     gap_m: f64,
@@ -570,7 +571,7 @@ impl Trial<'_> {
         ] {
             if other != unit && (other != LengthUnit::Mesh || scaled) {
                 add(cause, line, &|mapping| {
-                    mapping.translation_unit = Some(other)
+                    mapping.translation_unit = Some(other);
                 });
             }
         }

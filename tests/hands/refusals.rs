@@ -102,6 +102,7 @@ fn bad_descriptions_are_named() {
 
 /// Errors of the form name element, link or joint, file and line, and say what to do.
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table of cases")]
 fn what_is_missing_or_unreadable_is_named_with_its_line() {
     const GOOD: &str = r#"<?xml version="1.0"?>
 <robot name="r">

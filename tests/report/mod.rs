@@ -524,7 +524,7 @@ fn other_landscapes_have_their_own_panels() {
         told["moved"].as_str().unwrap(),
         &[
             "20 minima are the same in both (of 20 and of 30; at most 1 mm apart)",
-            "10 appeared",
+            "10 only in the second",
         ],
     );
 }

@@ -115,8 +115,8 @@ pub fn landscape_page(
             "within": within,
             "matches": found.matches,
             "possible": found.possible,
-            "vanished": found.only_before,
-            "appeared": found.only_after,
+            "only_before": found.only_before,
+            "only_after": found.only_after,
             "merges": found.merges,
         });
     }

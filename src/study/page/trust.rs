@@ -115,8 +115,8 @@ fn passes(tree: &Tree) -> Option<Statement> {
     ] {
         match count {
             0 => {}
-            1 => long += &format!(" One {one}."),
-            _ => long += &format!(" {count} {several}."),
+            1 => long.extend([" One ", one, "."]),
+            _ => long.extend([" ", &count.to_string(), " ", several, "."]),
         }
     }
     Some(Statement {

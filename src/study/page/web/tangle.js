@@ -156,7 +156,7 @@ function alike(count, within) {
 
 // What moved, and what is in one of the two only, the largest changes first.
 function showMoved(section) {
-  const { matches, possible, vanished, appeared, merges, within, notes } = model.header.difference;
+  const { matches, possible, only_before, only_after, merges, within, notes } = model.header.difference;
   const [, offset] = model.offsets;
   const link = item =>
     button(model.name(item), () => select(item), { class: "link", onpointerenter: () => change({ hover: item }) });
@@ -184,7 +184,7 @@ function showMoved(section) {
   const energies = items => items.map(item => [link(item), shown(model.energy(item))]);
   section.append(
     ...notes.map(note => make("p", `${note[0].toUpperCase()}${note.slice(1)}.`, { class: "differs" })),
-    make("p", `${alike(matches.length, within)}; ${vanished.length} only in the first, ${appeared.length} only in the second.`),
+    make("p", `${alike(matches.length, within)}; ${only_before.length} only in the first, ${only_after.length} only in the second.`),
     ...list(
       "Energies that moved most",
       ["before", "after", "energy", "change"],
@@ -210,7 +210,7 @@ function showMoved(section) {
         shown(distance),
       ]),
     ),
-    ...list("Only in the first", ["minimum", "energy"], energies(vanished)),
-    ...list("Only in the second", ["minimum", "energy"], energies(appeared.map(item => offset + item))),
+    ...list("Only in the first", ["minimum", "energy"], energies(only_before)),
+    ...list("Only in the second", ["minimum", "energy"], energies(only_after.map(item => offset + item))),
   );
 }
