@@ -221,13 +221,11 @@ fn faces_that_are_there_twice_are_told_and_count_once() {
     let desk = Desk::empty();
     let faces = format!("{CUP}f 5 6 8 7\n");
     // In the opposite direction and along other diagonals.
-    let reversed: String = faces
-        .lines()
-        .map(|line| {
-            let corners: Vec<&str> = line[2..].split(' ').rev().collect();
-            format!("f {}\n", corners.join(" "))
-        })
-        .collect();
+    let mut reversed = String::new();
+    for line in faces.lines() {
+        let corners: Vec<&str> = line[2..].split(' ').rev().collect();
+        reversed.extend(["f ", &corners.join(" "), "\n"]);
+    }
     for (name, faces, note) in [
         (
             "twice",

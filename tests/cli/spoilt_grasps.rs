@@ -339,7 +339,9 @@ fn measures_that_are_not_those_of_the_poses_are_computed_anew() {
     let parts = Parts::of(&desk.path("g.parquet"));
     let moved = change(&parts, "translation_m", |row, values| {
         if row == 1 {
-            values.iter_mut().for_each(|value| *value += 0.05);
+            for value in values.iter_mut() {
+                *value += 0.05;
+            }
         }
     });
     let with = |name: &str, row: usize, value: f64| {

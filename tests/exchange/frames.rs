@@ -70,7 +70,7 @@ fn poses_are_those_of_the_world_of_the_hand_file() {
     assert!(difference(&imported, &grasps(&desk.path("c.parquet"))) < 1e-12);
 }
 
-/// The corrections with which `DexGraspBench` converts BODex's poses of the Shadow, Allegro and LEAP hands.
+/// The corrections with which `DexGraspBench` converts poses of `BODex` of the Shadow, Allegro and LEAP hands.
 #[test]
 fn poses_of_bodex_are_those_of_the_outermost_body() {
     let turn =

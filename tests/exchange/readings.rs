@@ -99,8 +99,8 @@ fn another_unit_is_refused_and_named() {
 
 #[test]
 fn another_order_direction_or_origin_is_named() {
-    let desk = Desk::empty();
     type Change = fn(&Pose) -> Pose;
+    let desk = Desk::empty();
     let changes: [(Change, &[&str]); 5] = [
         (reordered, &["order x y z w", "`rotation_form = \"xyzw\"`"]),
         (

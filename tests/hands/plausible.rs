@@ -414,7 +414,8 @@ fn opening_m(hand: &Hand, rocker: [f64; 2], end: [f64; 2]) -> f64 {
         joints[drive] = low + (high - low) * f64::from(step) / 50.0;
         let posed = posed(hand, &joints);
         let at = |link: &str, x: f64, z: f64| {
-            posed.object_from_link[hand.link(link).expect("the linkage has it").0].point(&Vector3::new(x, 0.0, z))
+            posed.object_from_link[hand.link(link).expect("the linkage has it").0]
+                .point(&Vector3::new(x, 0.0, z))
         };
         let pin = at("coupler", end[0], end[1]);
         let hole = at("rocker", end[0] - rocker[0], end[1] + 0.04 - rocker[1]);

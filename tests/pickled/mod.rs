@@ -56,7 +56,7 @@ pub(crate) enum Value<'a> {
     Texts(&'a [&'a str]),
     /// An array of numbers with its shape.
     Array(&'a [usize], &'a [f64]),
-    Dictionary(&'a [(&'a str, Value<'a>)]),
+    Dictionary(&'a [(&'a str, Self)]),
 }
 
 /// Position, quaternion and joint of a grasp.

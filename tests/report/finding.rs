@@ -6,14 +6,14 @@ use super::{desk_with_page, made, succeed};
 use crate::browser::{act, browser};
 use crate::desk::{Desk, assert_says};
 
-const ASK: &str = r##"
+const ASK: &str = r#"
 const told = { placeholder: byId("query").placeholder, answers: [] };
 for (const text of QUERIES) {
   await type(byId("query"), text);
   told.answers.push([derived.passing, byId("answer").textContent]);
 }
 finish(told);
-"##;
+"#;
 
 /// A search of something that the file does not hold is refused with the reason; nothing is said to be so for no grasp.
 #[test]
@@ -364,16 +364,16 @@ fn two_landscapes_say_what_they_are() {
         .unwrap()
         .object;
     made::changed(&desk.path("two.landscape"), |files| {
-        files.manifest.object = Some(ball)
+        files.manifest.object = Some(ball);
     });
     let output = desk.run("report one.landscape two.landscape --within 0.005");
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.success(), "{said}");
     assert_says(&said, &["note: the objects differ (bottle_round, ball)"]);
-    let script = r##"
+    let script = r#"
 await settled();
 finish({ title: byId("title").textContent, subtitle: byId("subtitle").textContent, moved: byId("moved").textContent, svg: panels.tangle.drawing.svg() });
-"##;
+"#;
     let told = act(&browser, &desk, "one.report.html", "", script);
     assert_eq!(
         told["title"],
