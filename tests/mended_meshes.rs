@@ -368,6 +368,57 @@ fn only_open_surfaces_become_walls() {
 }
 
 /// Walls of boxes that share a face, and boxes that share only an edge.
+/// Two wedges that share one exact edge and overlap: sorted by angle, the inside of one meets the outside of the other.
+#[test]
+fn pieces_that_cross_at_a_common_edge_are_united() {
+    let wedge = |from: f64, to: f64| {
+        let at = |angle: f64, z: f64| {
+            let angle = angle.to_radians();
+            Vector3::new(0.05 * libm::cos(angle), 0.05 * libm::sin(angle), z)
+        };
+        let vertices = vec![
+            Vector3::zeros(),
+            at(from, 0.0),
+            at(to, 0.0),
+            Vector3::new(0.0, 0.0, 0.06),
+            at(from, 0.06),
+            at(to, 0.06),
+        ];
+        let triangles: Vec<[u32; 3]> = vec![
+            [0, 2, 1],
+            [3, 4, 5],
+            [0, 1, 4],
+            [0, 4, 3],
+            [1, 2, 5],
+            [1, 5, 4],
+            [2, 0, 3],
+            [2, 3, 5],
+        ];
+        (vertices, triangles)
+    };
+    let (mut vertices, mut triangles) = wedge(0.0, 90.0);
+    let (others, more) = wedge(45.0, 135.0);
+    // The second shares the edge of the first.
+    let place = |corner: u32| match corner {
+        0 | 3 => corner,
+        other => other + 6,
+    };
+    vertices.extend(others);
+    triangles.extend(more.iter().map(|triangle| triangle.map(place)));
+    let whole = Mesh::repaired("wedges", vertices.clone(), triangles.clone()).unwrap();
+    let each = 0.5 * 0.05 * 0.05 * 0.06;
+    // Two right-angled wedges, less their common part of 45 degrees and its mirror image beyond the chords.
+    assert!(whole.mesh.volume() > 1.2 * each && whole.mesh.volume() < 2.0 * each);
+    triangles[4].swap(0, 1);
+    let turned = Mesh::repaired("turned", vertices.clone(), triangles.clone()).unwrap();
+    assert!((turned.mesh.volume() / whole.mesh.volume() - 1.0).abs() < 1e-6);
+    assert!(
+        matches!(turned.repairs[..], [Repair::Turned { triangles: 1 }]),
+        "{:?}",
+        turned.repairs
+    );
+}
+
 #[test]
 fn faces_between_two_enclosed_rooms_are_left_out() {
     let corner = |x: f64, y: f64, z: f64| Vector3::new(x, y, z) * 0.03;
@@ -413,10 +464,9 @@ fn faces_between_two_enclosed_rooms_are_left_out() {
     // As they are meant to be, they stay as they are.
     let sound = [cube(0, 0), cube(1, 1)].concat();
     let made = Mesh::repaired("edge", vertices.clone(), sound.clone()).unwrap();
-    assert_eq!(
-        (made.repairs.as_slice(), made.mesh.triangles()),
-        (&[][..], sound.as_slice())
-    );
+    assert_eq!(made.repairs, []);
+    assert_eq!(made.mesh.triangles().len(), sound.len());
+    assert!((made.mesh.volume() / (2.0 * 0.03_f64.powi(3)) - 1.0).abs() < 1e-9);
 }
 
 /// A surface whose faces are divided differently on both sides of its edges.

@@ -57,7 +57,7 @@ contradicts every type, it is `unlisted`. If the hand does not have the thumb an
 
 Adds the columns label (yours), label_auto, label_score, label_best, label_category and label_source. The rule chooses the
 category first: label_best holds types of this category only, and label_category is there for unlisted grasps, too. labels.csv
-has the columns id and label: a name or number of a type, or `unlisted`.";
+has the columns id and label: a name or number of a type, or `unlisted`. An empty label takes that of the file away.";
 
 pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()> {
     let output = command
@@ -130,7 +130,7 @@ fn rule(command: &LabelCommand) -> anyhow::Result<Rule> {
     Rule::parse(&text).with_context(|| path.display().to_string())
 }
 
-/// Writes the human labels of a file into the rows.
+/// Writes the human labels of a file into the rows, and takes away those that it has empty.
 fn honour(file: &mut GraspFile, path: &Path) -> anyhow::Result<()> {
     let text = std::fs::read_to_string(path)
         .with_context(|| format!("--from: cannot read {}", path.display()))?;
@@ -147,7 +147,7 @@ fn honour(file: &mut GraspFile, path: &Path) -> anyhow::Result<()> {
                 label.id
             )
         })?;
-        file.grasps[row].label = Some(label.label.to_owned());
+        file.grasps[row].label = label.label.map(str::to_owned);
     }
     Ok(())
 }

@@ -123,7 +123,7 @@ fn of_landscapes(command: &Report, common: &Common) -> anyhow::Result<String> {
         Some(path) => held(path)?,
         None => BTreeMap::new(),
     };
-    let one = Opened::read(&command.shown)?;
+    let mut one = Opened::read(&command.shown)?;
     let made_by = &common.provenance.command;
     let Some(path) = &command.other else {
         return Ok(landscape_page(one.shown(&held), None, made_by)?);
@@ -134,7 +134,12 @@ fn of_landscapes(command: &Report, common: &Common) -> anyhow::Result<String> {
          alone: `landscape report {path}`",
         path = path.display()
     );
-    let other = Opened::read(path)?;
+    let mut other = Opened::read(path)?;
+    // Folders of one name are told apart by their paths.
+    if one.name == other.name {
+        one.name = command.shown.display().to_string();
+        other.name = path.display().to_string();
+    }
     let sides = [&one, &other].map(|opened| Side::of(opened.name.clone(), &opened.files));
     let [before, after] = sides;
     let (before, after) = (before?, after?);

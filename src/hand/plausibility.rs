@@ -98,7 +98,9 @@ fn limits_in_degrees(model: &Model) -> Vec<Finding> {
             Finding::Note(doubt)
         })
     };
+    // A joint that follows another may be a gear or a spool with many turns.
     limited(model, JointKind::Hinge)
+        .filter(|(joint, _)| joint.follows.is_none())
         .filter_map(finding)
         .collect()
 }
@@ -224,9 +226,10 @@ fn huge_part(hand: &Hand, _: &PosedHand) -> Vec<Finding> {
     let Some((sizes, median)) = sizes(hand) else {
         return Vec::new();
     };
+    // The link of an arm may be that long.
     let huge = sizes
         .into_iter()
-        .filter(|&(_, size)| size >= MANY_TIMES * median && size > HUGE_M);
+        .filter(|&(link, size)| size >= MANY_TIMES * median && size > HUGE_M && !hand.is_arm(link));
     huge.map(|(link, size)| {
         Finding::Refusal(doubt(
             format!("link \"{}\"", hand.links[link.0].name),

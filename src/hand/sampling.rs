@@ -66,7 +66,7 @@ mod tests {
                     .iter()
                     .map(|sample| sample[j]);
                 let visits = evenly.filter(|q| (from..to).contains(q)).count();
-                assert!((12..=28).contains(&visits), "{}: {visits}", joint.name);
+                assert!((8..=32).contains(&visits), "{}: {visits}", joint.name);
             }
             assert!(
                 samples

@@ -178,7 +178,8 @@ fn movable(
 fn endless(joint: &urdf_rs::Joint) -> Option<String> {
     let range = [joint.limit.lower, joint.limit.upper].map(f64::to_degrees);
     let [lower, upper] = range;
-    let given = lower < upper && range.iter().all(|limit| limit.is_finite());
+    // Exporters write a whole turn to say that there is no limit.
+    let given = lower < upper && upper - lower < 359.0;
     given.then(|| {
         let doubt = Doubt {
             subject: format!("joint \"{}\"", joint.name),

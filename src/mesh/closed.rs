@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use crate::limits::{GRASP_POSITION, Limit, MESH_COORDINATE, MESH_SIZE, OBJECT_SIZE};
 
 use super::MeshError;
+use super::box_tree::BoxTree;
 use super::mesh_union::{Entangled, SignedDistance, united};
 use super::winding::Winding;
 use crate::formats::Triangles;
@@ -360,13 +361,14 @@ impl Mesh {
             }
             boxes.push([low, high]);
         }
-        boxes.sort_by(|[a, _], [b, _]| a.x.total_cmp(&b.x));
         let same = SAME * self.size_m();
+        let lowest = BoxTree::new(boxes.iter().map(|[low, _]| [*low, *low]));
         boxes.iter().enumerate().all(|(place, [low, high])| {
-            let mut near = boxes[place + 1..]
-                .iter()
-                .take_while(|[other, _]| other.x - low.x <= same);
-            near.all(|[other_low, other_high]| {
+            let near = lowest.near(low, low, same).into_iter();
+            let mut others = near
+                .filter(|other| *other != place)
+                .map(|other| &boxes[other]);
+            others.all(|[other_low, other_high]| {
                 (other_low - low).amax() > same || (other_high - high).amax() > same
             })
         })

@@ -16,6 +16,9 @@ use crate::formats::Triangles;
 const WELD: f64 = 1e-5;
 /// Largest share of a part of the surface that patches may have.
 const LARGEST_PATCHES: f64 = 0.1;
+/// Patches may be up to half as large as their part if all together have at most this share of the whole surface: the open end
+/// of a knob or spout that stands against a body.
+const SMALL_PATCHES: f64 = 0.01;
 /// Largest share of the surface that may be left out because it encloses nothing.
 const LARGEST_SCRAPS: f64 = 0.01;
 /// The direction of a piece is known if at least this share of its surface, less what says the opposite, has it.
@@ -28,6 +31,8 @@ const SAMPLES: usize = 400;
 const BESIDE: f64 = 1e-4;
 /// A mesh is refused if at least this share of the samples lacks an inside or an outside.
 const AMBIGUOUS: f64 = 0.2;
+/// A smaller share is noted if it is larger than this.
+const CROSSES: f64 = 0.01;
 
 /// A mesh and the changes made to its triangles.
 #[derive(Debug, Clone, PartialEq)]
@@ -229,11 +234,25 @@ impl Mesh {
         let mended = if plain {
             None
         } else {
-            let soup = Triangles {
+            let mut soup = Triangles {
                 vertices,
                 triangles,
             };
-            Some(mend(name, soup, thickness, &mut repairs)?)
+            soup.drop_unused();
+            match mend(name, soup.clone(), thickness, &mut repairs) {
+                Ok(mended) => Some(mended),
+                Err(error) if thickness.is_some() => return Err(error),
+                // Where pieces cross at a common edge, cells leak. The directions of the faces may still tell the solid.
+                Err(error) => {
+                    repairs.clear();
+                    let by_direction = match &closed {
+                        Some(closed) => turn_pieces(name, closed, &mut repairs).ok(),
+                        None => mend_by_direction(name, soup, &mut repairs),
+                    };
+                    let sure = by_direction.filter(|mesh| ambiguous(mesh) <= CROSSES);
+                    Some(sure.ok_or(error)?)
+                }
+            }
         };
         let mesh = match (mended, closed) {
             (Some(mended), None) => mended,
@@ -248,7 +267,7 @@ impl Mesh {
                 percent: 100.0 * share,
             });
         }
-        if share > 0.01 {
+        if share > CROSSES {
             repairs.push(Repair::Crosses { share });
         }
         Ok(Repaired { mesh, repairs })
@@ -350,6 +369,44 @@ fn mend(
         repairs.push(nested);
     }
     united(name, solid)
+}
+
+/// The solid of faces without copies, told by their directions: neighbours are made to agree, and holes are closed if that
+/// takes small patches only. `None` if faces lie on each other or this gives no closed surface.
+fn mend_by_direction(name: &str, mut soup: Triangles, repairs: &mut Vec<Repair>) -> Option<Mesh> {
+    soup.weld(WELD * extent(&soup.vertices), repairs);
+    if Faces::of(soup.clone()).copies > 0 {
+        return None;
+    }
+    let before = soup.triangles.clone();
+    soup.turn();
+    let turned = soup
+        .triangles
+        .iter()
+        .zip(&before)
+        .filter(|(a, b)| a != b)
+        .count();
+    if turned > 0 {
+        repairs.push(Repair::Turned { triangles: turned });
+    }
+    let area: f64 = soup
+        .triangles
+        .iter()
+        .map(|triangle| soup.area(triangle))
+        .sum();
+    let patches = soup.patches()?;
+    if patches.area > LARGEST_PATCHES * (area + patches.area) {
+        return None;
+    }
+    if patches.holes > 0 {
+        repairs.push(Repair::Closed {
+            holes: patches.holes,
+            share: patches.area / (area + patches.area),
+        });
+    }
+    soup.triangles.extend(patches.triangles);
+    let closed = Mesh::closed(name, soup.vertices, soup.triangles).ok()?;
+    turn_pieces(name, &closed, repairs).ok()
 }
 
 /// The mesh of pieces that are closed unless faces lie on each other in a way that is not resolved.
@@ -592,16 +649,14 @@ struct Closing {
 impl Closing {
     /// Closes the holes of parts that enclose nothing, if that takes small patches only.
     fn close_parts(&mut self, faces: &mut Faces, cells: &Cells) {
-        let mut open: BTreeMap<usize, Option<Vec<usize>>> = BTreeMap::new();
-        for face in 0..faces.triangles.len() {
-            let part = open.entry(cells.parts[face]).or_insert(Some(Vec::new()));
-            if cells.is_boundary(face) {
-                *part = None;
-            } else if let Some(part) = part {
-                part.push(face);
-            }
+        let mut open: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for face in (0..faces.triangles.len()).filter(|&face| cells.roles[face] == Role::Sheet) {
+            open.entry(cells.parts[face]).or_default().push(face);
         }
-        for part in open.into_values().flatten() {
+        let whole: f64 = (0..faces.triangles.len())
+            .map(|face| faces.area(face))
+            .sum();
+        for part in open.into_values() {
             let area: f64 = part.iter().map(|&face| faces.area(face)).sum();
             let mut soup = Triangles {
                 vertices: std::mem::take(&mut faces.vertices),
@@ -614,7 +669,10 @@ impl Closing {
             let Some(patches) = patches else {
                 continue;
             };
-            if patches.area > LARGEST_PATCHES * (patches.area + area) {
+            let small = patches.area <= LARGEST_PATCHES * (patches.area + area)
+                || patches.area < 0.5 * area
+                    && self.patched + patches.area <= SMALL_PATCHES * whole;
+            if !small {
                 faces.vertices.truncate(corners);
                 self.open += area;
                 self.missing += patches.area;
@@ -720,6 +778,22 @@ fn ambiguous(mesh: &Mesh) -> f64 {
 }
 
 impl Triangles {
+    /// Drops the vertices of no triangle, which would count in the size.
+    fn drop_unused(&mut self) {
+        let mut places = vec![None; self.vertices.len()];
+        let mut kept = Vec::new();
+        for corner in self.triangles.iter_mut().flatten() {
+            let Some(place) = places.get_mut(*corner as usize) else {
+                continue;
+            };
+            *corner = *place.get_or_insert_with(|| {
+                kept.push(self.vertices[*corner as usize]);
+                u32::try_from(kept.len() - 1).unwrap_or(u32::MAX)
+            });
+        }
+        self.vertices = kept;
+    }
+
     /// Merges vertices that lie together, and drops triangles without width.
     fn weld(&mut self, reach: f64, repairs: &mut Vec<Repair>) {
         /// Side of the cells in which vertices are looked up, in reaches.

@@ -165,7 +165,10 @@ impl GraspFile {
     /// If the file is no table, a value has the wrong type, or another program wrote the file.
     pub fn outcomes(path: &Path) -> Result<BTreeMap<u64, bool>, StoreError> {
         let table = Table::read(path)?;
-        if !table.sealed {
+        let marked = (table.metadata.as_deref())
+            .and_then(|text| serde_json::from_str::<serde_json::Value>(text).ok())
+            .is_some_and(|metadata| metadata["stability"]["unverified"] == true);
+        if !table.sealed || marked {
             return Err(StoreError::Unsealed(path.to_path_buf()));
         }
         let ids = table.defaulted("id", &WHOLE, |row| Some(row as u64))?;

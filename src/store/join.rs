@@ -151,11 +151,18 @@ impl GraspFile {
             .collect();
         one_energy(files)?;
         metadata.stability = protocol(files)?;
+        let unverified = files.iter().any(|(_, file)| file.has_unverified_outcomes());
         metadata.labels = rule(files)?;
         let grasps = rows(files);
         Ok(JoinedFile {
             repeated: repeated(&grasps),
-            file: Self { metadata, grasps },
+            file: {
+                let mut file = Self { metadata, grasps };
+                if unverified {
+                    file.mark_unverified();
+                }
+                file
+            },
             notes,
         })
     }

@@ -332,6 +332,22 @@ impl GraspFile {
 const ROUNDING: f64 = 1e-5;
 
 impl GraspFile {
+    /// Notes in the metadata that no checksum vouches for the outcomes of simulations. The note stays in files that are written
+    /// from these grasps, until `landscape stability` simulates them again.
+    pub(crate) fn mark_unverified(&mut self) {
+        if !self.metadata.stability.is_object() {
+            self.metadata.stability = serde_json::json!({});
+        }
+        self.metadata.stability["unverified"] = Value::Bool(true);
+    }
+
+    /// Whether the outcomes of simulations are those of another program or of changed poses ([`StoreError::Unsealed`]).
+    ///
+    /// [`StoreError::Unsealed`]: super::StoreError::Unsealed
+    pub fn has_unverified_outcomes(&self) -> bool {
+        self.metadata.stability["unverified"] == true
+    }
+
     /// Computes the energies and measures anew and compares them with those of the file, which no checksum vouches for.
     ///
     /// Rows that agree stay as they are. In the others the computed values are used, and outcomes of simulations and labels of

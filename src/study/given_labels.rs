@@ -6,13 +6,13 @@ use super::human_label;
 use crate::evaluation::taxonomy::Taxonomy;
 use crate::formats::csv_text;
 
-/// The label of one grasp.
+/// What a table says of the label of one grasp.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct GivenLabel {
     /// Id of the grasp.
     pub id: u64,
-    /// Name of the type in the taxonomy, or `unlisted`.
-    pub label: &'static str,
+    /// Name of the type in the taxonomy, or `unlisted`; `None` takes the label of the grasp away.
+    pub label: Option<&'static str>,
     /// Line number in the text.
     pub line: usize,
 }
@@ -57,7 +57,7 @@ pub enum GivenLabelError {
     },
 }
 
-/// Reads a table (CSV) with the columns `id` and `label`. Other columns and rows without a label are ignored.
+/// Reads a table (CSV) with the columns `id` and `label`. Other columns are ignored. An empty label takes that of the grasp away.
 ///
 /// # Errors
 /// If the text is not such a table, a type is unknown, or a grasp has two rows.
@@ -82,11 +82,12 @@ pub fn given_labels(text: &str) -> Result<Vec<GivenLabel>, GivenLabelError> {
         if let Some(before) = seen.insert(id, line) {
             return Err(GivenLabelError::Twice { id, before, line });
         }
-        if label.is_empty() {
-            continue;
-        }
-        let label = human_label(label).ok_or_else(|| unknown(line, label))?;
-        let label = label.name();
+        let label = if label.is_empty() {
+            None
+        } else {
+            let known = human_label(label).ok_or_else(|| unknown(line, label))?;
+            Some(known.name())
+        };
         given.push(GivenLabel { id, label, line });
     }
     Ok(given)
@@ -122,15 +123,18 @@ mod tests {
     fn labels_are_read_by_name_alias_and_number() {
         let text = "\u{feff}note,label,id\n\"a, b\",medium wrap,4\n,\"Sphere 4-Finger\",7\n,14,2\n,,3\n,Unlisted,9\n";
         let given = given_labels(text).unwrap();
-        let told: Vec<(u64, &str)> = given.iter().map(|label| (label.id, label.label)).collect();
+        let told: Vec<(u64, Option<&str>)> =
+            given.iter().map(|label| (label.id, label.label)).collect();
         let expected = [
-            (4, "Medium Wrap"),
-            (7, "Sphere 4 Finger"),
-            (2, "Tripod"),
-            (9, "unlisted"),
+            (4, Some("Medium Wrap")),
+            (7, Some("Sphere 4 Finger")),
+            (2, Some("Tripod")),
+            (3, None),
+            (9, Some("unlisted")),
         ];
         assert_eq!(told, expected);
-        assert_eq!(given_labels("id;label\n4;Ring\n").unwrap()[0].label, "Ring");
+        let given = given_labels("id;label\n4;Ring\n").unwrap();
+        assert_eq!(given[0].label, Some("Ring"));
         assert_eq!(given_labels("id,label\n").unwrap(), []);
     }
 

@@ -213,8 +213,10 @@ pub fn read_grasps(
         );
         let simulated = file.grasps.iter().filter(|grasp| grasp.stable.is_some());
         let (outcomes, grasps) = (simulated.count(), file.grasps.len());
-        let unverified = Warning::UnverifiedOutcomes { outcomes, grasps };
-        warnings.extend((outcomes > 0).then(|| unverified.to_string()));
+        if outcomes > 0 {
+            warnings.push(Warning::UnverifiedOutcomes { outcomes, grasps }.to_string());
+            file.mark_unverified();
+        }
     }
     Ok((file, warnings))
 }

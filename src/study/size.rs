@@ -19,6 +19,10 @@ pub struct SizeDoubt {
     pub sure: bool,
 }
 
+/// The search for the span moves one joint after the other, so that the hand may span more than it finds, by at most this
+/// factor as far as is known.
+const SEARCHED: f64 = 1.25;
+
 /// A doubt if the object is too large or too small for the hand. `scale` is the scale that the object was built at.
 ///
 /// The width of the object at a point of its surface is the length of the straight line from there along the normal, inward or
@@ -41,7 +45,8 @@ fn too_large(hand: &Hand, object: &Object, scale: f64) -> Option<SizeDoubt> {
         .fold(0.0, f64::max);
     let width_m = least_width_m(object, at_rest_m)?;
     let span_m = span_m(hand).max(at_rest_m);
-    if width_m <= span_m {
+    // Without two parts that can touch there is no span to compare with.
+    if span_m == 0.0 || width_m <= span_m {
         return None;
     }
     let needed = 3.0_f64.sqrt() / 2.0 / (1.0 + STRICT_FRICTION * STRICT_FRICTION).sqrt();
@@ -52,7 +57,7 @@ fn too_large(hand: &Hand, object: &Object, scale: f64) -> Option<SizeDoubt> {
     }
     let millimetres = |length_m: f64| 1e3 * length_m;
     Some(SizeDoubt {
-        sure: span_m < needed * width_m,
+        sure: SEARCHED * span_m < needed * width_m,
         doubt: Doubt {
             subject: object.name.clone(),
             finding: format!(

@@ -186,15 +186,13 @@ impl Unseen {
     }
 
     /// The chance that one more grasp falls into a known family, in whole grasps of a hundred, if it can be estimated:
-    /// `about 98 of 100`, `more than 99 of 100`.
+    /// `about 98 of 100`, `at least 90 of 100`.
     pub(super) fn coverage(&self) -> Option<String> {
         let coverage = self.groups.estimate?.coverage;
-        let percent = (100.0 * coverage).round();
-        Some(if percent < 100.0 {
-            format!("about {percent:.0} of 100")
-        } else {
-            "more than 99 of 100".to_owned()
-        })
+        Some(format!(
+            "{} of 100",
+            share_known(coverage, self.groups.members as f64)
+        ))
     }
 
     fn line(&self) -> String {
@@ -221,12 +219,12 @@ impl Unseen {
             )
         };
         format!(
-            "- {groups} still unseen: {unseen}; one more of the {} falls into a known {group} with a chance of {:.0} %, into a \
-             known {minimum} with {:.0} % (estimates of Chao, Good and Turing). This takes the {} for independent draws: if they \
+            "- {groups} still unseen: {unseen}; one more of the {} falls into a known {group} with a chance of {} %, into a \
+             known {minimum} with {} % (estimates of Chao, Good and Turing). This takes the {} for independent draws: if they \
              were chosen to be spread, it is too pessimistic",
             self.inputs,
-            100.0 * seen.coverage,
-            100.0 * minima.coverage,
+            share_known(seen.coverage, self.groups.members as f64),
+            share_known(minima.coverage, self.minima.members as f64),
             self.inputs
         )
     }
@@ -239,6 +237,20 @@ impl Unseen {
             folder.write(name, &canvas.encode(name.as_ref())?)?;
         }
         Ok(())
+    }
+}
+
+/// The chance that one more of `members` draws is of a known kind, in per cent, from the `coverage` that is estimated. If no
+/// kind was met only once, it is estimated as 1; then the bound that holds with 95 % confidence is told (1 − 3/n, the rule of
+/// three). It never is 100.
+pub(super) fn share_known(coverage: f64, members: f64) -> String {
+    if coverage >= 1.0 {
+        let least = (100.0 - 300.0 / members).max(0.0).floor();
+        format!("at least {least:.0}")
+    } else if coverage >= 0.995 {
+        "more than 99".to_owned()
+    } else {
+        format!("about {:.0}", 100.0 * coverage)
     }
 }
 
@@ -259,8 +271,10 @@ mod tests {
     fn what_is_unseen_is_told_in_words() {
         let (some, none, few) = (unseen(&[58, 1, 1]), unseen(&[30, 30]), unseen(&[5, 1]));
         assert_eq!(some.coverage().as_deref(), Some("about 97 of 100"));
-        assert_eq!(none.coverage().as_deref(), Some("more than 99 of 100"));
+        assert_eq!(none.coverage().as_deref(), Some("at least 95 of 100"));
         assert_eq!(few.coverage(), None);
+        assert_eq!(share_known(1.0, 1e6), "at least 99");
+        assert_eq!(share_known(0.999, 1000.0), "more than 99");
         let line = none.line();
         assert!(
             line.starts_with("- families still unseen: probably none;"),

@@ -1,5 +1,7 @@
 //! Searches of what is not known, filters by the legend, branches of the tree, and words that explain themselves.
 
+use std::fs;
+
 use serde_json::json;
 
 use super::{desk_with_page, made, succeed};
@@ -126,11 +128,14 @@ byId("colour").value = "energy";
 byId("colour").dispatchEvent(new Event("change"));
 await settled();
 told.back = [state.level, state.colour, chips().length, derived.passing === model.count];
-const ranges = entries();
-told.ranges = ranges.map(of).reduce((a, b) => a + b, 0) === model.count;
-ranges.at(-1).click();
+const parts = entries();
+told.ranges = parts.map(of).reduce((a, b) => a + b, 0) === model.count;
+parts.at(-1).click();
 await settled();
-told.range = derived.passing === of(ranges.at(-1));
+told.range = derived.passing === of(parts.at(-1));
+// Energies that differ little: no two edges are the same number, and words and filter have the same.
+ranges.energy = [-1034.21, -1033.9];
+told.edges = Legend.prototype.ranges("energy", []).slice(0, 2).map(({ words, chip }) => [words, chip]);
 finish(told);
 "##;
     let told = act(&browser, &desk, "g.report.html", "", script);
@@ -156,6 +161,16 @@ finish(told);
     assert_eq!(
         (&told["ranges"], &told["range"]),
         (&json!(true), &json!(true))
+    );
+    assert_eq!(
+        told["edges"],
+        json!([
+            ["below −1034.148", "energy < -1034.148"],
+            [
+                "−1034.148 to −1034.086",
+                "energy ≥ -1034.148 and energy < -1034.086"
+            ]
+        ])
     );
 }
 
@@ -203,6 +218,19 @@ told.button = byId("tree-branch").getAttribute("aria-label").includes("family");
 byId("tree-branch").click();
 await settled();
 told.family = tree.drawing.order.slice().sort((a, b) => a - b).join() === family.slice().sort((a, b) => a - b).join();
+// A merge far above the others is hidden, and its tool is there from then on.
+change({ branch: null, level: null });
+await settled();
+told.squashed = [tree.all.hidden];
+const { energy, parent } = tree.side.tree;
+energy[parent.indexOf(NONE)] = 1000;
+change({ branch: branch });
+await settled();
+change({ branch: null });
+await settled();
+told.squashed.push(tree.all.hidden, tree.hidden > 0);
+tree.all.click();
+told.squashed.push(tree.all.hidden, tree.hidden > 0);
 finish(told);
 "##;
     let told = act(&browser, &desk, "g.report.html", "", script);
@@ -218,6 +246,7 @@ finish(told);
     }
     assert_eq!(told["whole"], json!([null, "Disconnectivity graph"]));
     assert!(told["nonsense"].is_null(), "a leaf is no branch");
+    assert_eq!(told["squashed"], json!([true, false, true, false, false]));
 }
 
 /// Each heading and head of a column says what it means, under the pointer and at the focus.
@@ -331,7 +360,7 @@ finish(told);
         &[
             "of 40 pass the strict filter",
             "28 of 30 held in simulation",
-            "by what touches",
+            "sets of contact regions",
             "no map yet",
         ],
     );
@@ -348,7 +377,11 @@ finish(told);
     for what in ["hover", "selected", "svg"] {
         assert_eq!(told[what], true, "{what}");
     }
-    let [members, kinds] = [0, 1].map(|k| told["curves"]["contact regions"][k].as_u64().unwrap());
+    let [members, kinds] = [0, 1].map(|k| {
+        told["curves"]["sets of contact regions"][k]
+            .as_u64()
+            .unwrap()
+    });
     assert_eq!(members, 40);
     assert!((2..40).contains(&kinds), "{kinds}");
 }
@@ -372,7 +405,13 @@ fn two_landscapes_say_what_they_are() {
     assert_says(&said, &["note: the objects differ (bottle_round, ball)"]);
     let script = r#"
 await settled();
-finish({ title: byId("title").textContent, subtitle: byId("subtitle").textContent, moved: byId("moved").textContent, svg: panels.tangle.drawing.svg() });
+const told = { title: byId("title").textContent, subtitle: byId("subtitle").textContent, moved: byId("moved").textContent, svg: panels.tangle.drawing.svg() };
+// Two minima that may be the same, a little farther apart than the threshold.
+model.header.difference.possible = [{ before: 0, after: 1, energies: [1, 1.25], distance: 0.005012 }];
+const list = make("section");
+showMoved(list);
+told.possible = [...list.querySelectorAll("h3")].find(head => head.textContent.startsWith("May be")).nextSibling.textContent;
+finish(told);
 "#;
     let told = act(&browser, &desk, "one.report.html", "", script);
     assert_eq!(
@@ -394,6 +433,10 @@ finish({ title: byId("title").textContent, subtitle: byId("subtitle").textConten
         told["svg"].as_str().unwrap(),
         &[">m0</text>", ">m0′</text>", ">m5</text>"],
     );
+    assert_says(
+        told["possible"].as_str().unwrap(),
+        &["difference", "+0.25", "5.01 mm"],
+    );
     // Of one object, the title says so once.
     made::landscape(14, 3, &desk.path("three.landscape"));
     let output = desk.run("report one.landscape three.landscape");
@@ -408,5 +451,20 @@ finish({ title: byId("title").textContent, subtitle: byId("subtitle").textConten
     assert_eq!(
         told["title"],
         "human on bottle_round: one.landscape and three.landscape"
+    );
+    // Folders of one name are told apart by their paths.
+    fs::create_dir(desk.path("again")).unwrap();
+    made::landscape(14, 3, &desk.path("again/one.landscape"));
+    succeed(&desk, "report one.landscape again/one.landscape -q");
+    let told = act(
+        &browser,
+        &desk,
+        "one.report.html",
+        "",
+        "finish({ title: byId('title').textContent });",
+    );
+    assert_eq!(
+        told["title"],
+        "human on bottle_round: one.landscape and again/one.landscape"
     );
 }

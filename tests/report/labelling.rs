@@ -136,6 +136,23 @@ fn a_label_is_the_same_in_all_panels() {
     ));
 }
 
+/// The label of a minimum in the files is that of most of its grasps, so only labels that were given on the page are saved.
+#[test]
+fn labels_of_minima_are_saved_only_if_they_were_given_here() {
+    let Some(browser) = browser() else { return };
+    let desk = desk_with_page();
+    let script = "panels.label.open();
+    model.sides[0].given = { texts: ['Ring'], of: new Uint8Array(model.count) };
+    const before = panels.label.csv();
+    panels.label.go(1); panels.label.give('Tripod'); panels.label.close();
+    finish({ before, after: panels.label.csv(), members: model.sides[0].members[1] });";
+    let told = act(&browser, &desk, "g.report.html", "", script);
+    assert_eq!(told["before"], "id,label\n");
+    let ids = told["members"].as_str().unwrap().split(' ');
+    let rows: Vec<String> = ids.map(|id| format!("{id},Tripod\n")).collect();
+    assert_eq!(told["after"], format!("id,label\n{}", rows.concat()));
+}
+
 /// A label in the file counts until it is taken away on the page; then the rule's does.
 #[test]
 fn the_rule_speaks_where_a_label_of_the_file_is_taken_away() {
@@ -157,7 +174,10 @@ fn the_rule_speaks_where_a_label_of_the_file_is_taken_away() {
         act(&browser, &desk, &format!("{name}.grasps.html"), "", &script)
     });
     assert_eq!(told[1]["told"][0], "Ring");
-    assert_eq!(told[1]["csv"], "id,label\n");
+    // What is taken away is written, so that `label --from` takes it away, too.
+    let id = file.grasps[0].id;
+    assert_eq!(told[0]["csv"], "id,label\n");
+    assert_eq!(told[1]["csv"], format!("id,label\n{id},\n"));
     assert_eq!(
         told[0]["key"], told[1]["key"],
         "a label in the file changes nothing of whose labels these are"

@@ -58,7 +58,12 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
             text.push_str(&lines(&judged));
             text.push('\n');
         } else {
-            text.push_str(&verdict(&counts, &judged, &grasps));
+            text.push_str(&verdict(
+                &counts,
+                &judged,
+                &grasps,
+                file.has_unverified_outcomes(),
+            ));
             if common.verbose {
                 text.push_str(&summary(&counts, &judged));
             }
@@ -227,7 +232,12 @@ fn scale_told(scale: f64) -> String {
 }
 
 /// How many grasps pass the strict filter, why the others do not, and how many held in simulation.
-fn verdict(population: &JudgedPopulation, judged: &[JudgedGrasp], rows: &[&GraspRow]) -> String {
+fn verdict(
+    population: &JudgedPopulation,
+    judged: &[JudgedGrasp],
+    rows: &[&GraspRow],
+    unverified: bool,
+) -> String {
     let (total, passing) = (population.grasps, population.passes_strict);
     let most = |of: fn(&Judgement) -> f64| {
         let values = judged.iter().map(|grasp| of(&grasp.judgement));
@@ -259,7 +269,12 @@ fn verdict(population: &JudgedPopulation, judged: &[JudgedGrasp], rows: &[&Grasp
     let simulated = rows.iter().filter(|row| row.stable.is_some()).count();
     if simulated > 0 {
         let held = rows.iter().filter(|row| row.stable == Some(true)).count();
-        let _ = writeln!(text, "held in simulation: {held} of {simulated}");
+        let by_whom = if unverified {
+            ", as the file says; not verified (`landscape stability` simulates them again)"
+        } else {
+            ""
+        };
+        let _ = writeln!(text, "held in simulation: {held} of {simulated}{by_whom}");
     }
     text
 }

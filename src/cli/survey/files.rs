@@ -46,7 +46,7 @@ pub(super) struct Plan {
     pub(super) failures: Vec<SurveyFailure>,
     /// Populations that are left out because another file holds the same grasps.
     pub(super) repeated: Vec<String>,
-    /// What was noted when the descriptions of the hands were read.
+    /// What was noted when the files and the descriptions of their hands were read.
     pub(super) noted: Vec<String>,
 }
 
@@ -126,7 +126,7 @@ impl Plan {
         for index in 0..plan.files.len() {
             bar.inc(1);
             let data = plan.files[index].clone();
-            let (file, hash) = match read(&data, command) {
+            let (file, hash, warnings) = match read(&data, command) {
                 Ok(read) => read,
                 Err(reason) => {
                     plan.hashes.push(String::new());
@@ -138,8 +138,16 @@ impl Plan {
                 }
             };
             plan.hashes.push(hash);
-            let noted = file.metadata.hands.iter().flat_map(HandMetadata::warnings);
-            plan.noted.extend(noted);
+            let of_hands: Vec<String> =
+                (file.metadata.hands.iter().flat_map(HandMetadata::warnings)).collect();
+            // What is noted of a hand is the same for all of its files.
+            plan.noted.extend(warnings.into_iter().map(|warning| {
+                if of_hands.contains(&warning) {
+                    warning
+                } else {
+                    format!("{}: {warning}", data.name)
+                }
+            }));
             let populations = file.landscapes();
             for (place, population) in populations.iter().enumerate() {
                 let name = name(&data, population, populations.len() > 1);
@@ -172,16 +180,19 @@ impl Plan {
     }
 }
 
-/// A file as the flags change it, and the hash of its bytes.
-pub(super) fn read(data: &DataFile, command: &Survey) -> anyhow::Result<(GraspFile, String)> {
+/// A file as the flags change it, the hash of its bytes, and warnings.
+pub(super) fn read(
+    data: &DataFile,
+    command: &Survey,
+) -> anyhow::Result<(GraspFile, String, Vec<String>)> {
     let (hand, object) = (command.of.hand.as_deref(), command.of.object.as_deref());
-    let (mut file, _) = input::read(&data.path, hand, object)?;
+    let (mut file, warnings) = input::read(&data.path, hand, object)?;
     if command.only_stable {
         super::keep_stable(&mut file, &data.path)?;
     }
     let bytes = std::fs::read(&data.path)
         .with_context(|| format!("cannot read {}", data.path.display()))?;
-    Ok((file, content_hash(&[&bytes])))
+    Ok((file, content_hash(&[&bytes]), warnings))
 }
 
 fn name(data: &DataFile, population: &Population<'_>, several: bool) -> String {

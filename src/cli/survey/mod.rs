@@ -206,7 +206,7 @@ impl Survey {
         run.in_turn(Phase::Survey, &plan.tasks, key, |task| {
             let data = &plan.files[task.file];
             if opened.as_ref().is_none_or(|(file, ..)| *file != task.file) {
-                let (file, hash) = files::read(data, self)?;
+                let (file, hash, _) = files::read(data, self)?;
                 opened = Some((task.file, file, hash));
             }
             let Some((_, file, hash)) = &opened else {

@@ -179,6 +179,7 @@ impl Reading<'_> {
         let Some(reference) = element.attribute("file") else {
             return Err(element.error("file is missing"));
         };
+        let given = reference;
         let reference = reference.trim_start_matches("./");
         if let Some(at) = self.open.iter().position(|known| known == reference) {
             let problem = match &self.open[at + 1..] {
@@ -198,7 +199,7 @@ impl Reading<'_> {
         self.included.push(reference.to_owned());
         let text = self
             .files
-            .include(reference)
+            .include(given)
             .map_err(|problem| element.error(problem))?;
         self.open.push(reference.to_owned());
         let roots = self.document(reference, &text, depth + 1)?;

@@ -7,7 +7,7 @@ use std::path::Path;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use super::joints::matched;
-use super::mapping::Mapping;
+use super::mapping::{Frame, Mapping};
 use super::scene::{Stand, stand};
 use super::{Published, Read, finite};
 use crate::formats::array::Numbers;
@@ -151,6 +151,12 @@ fn grasps(
         object,
         notes,
     } = stand(heap, item, qpos.len(), path)?;
+    // The object's place is in the unit of the hand's.
+    let metres = rows.mapping.translation_unit.unwrap_or_default().metres();
+    let pose_of_object = pose_of_object.map(|mut pose| {
+        pose.translation.vector *= metres;
+        pose
+    });
     for note in notes {
         if !read.notes.contains(&note) {
             read.notes.push(note);
@@ -161,6 +167,11 @@ fn grasps(
             .grasp(row)
             .map_err(|problem| format!("`{key}` {place}: {problem}"))?;
         if let Some(object_pose) = &pose_of_object {
+            if rows.mapping.frame != Frame::ObjectFromHand {
+                return Err("its poses cannot be those of the object in the hand's frame (`frame` of the mapping), because it tells \
+                            where the object is"
+                    .to_owned());
+            }
             let hand = isometry(&grasp.pose[..7], key)?;
             let relative = object_pose.inv_mul(&hand);
             let t = relative.translation.vector;
@@ -183,6 +194,11 @@ fn at_grasp(heap: &Heap, item: Id) -> Result<Vec<Vec<f64>>, String> {
         .entry(item, "robot_pose")
         .and_then(|poses| heap.numbers(poses))
         .ok_or("it has neither `grasp_qpos` nor numbers in `robot_pose`")?;
+    if let Some(scenes @ 2..) = poses.shape.first().copied() {
+        return Err(format!(
+            "its `robot_pose` holds {scenes} scenes, each with an object of its own: save each scene in its own file"
+        ));
+    }
     let [_, _, 3, columns] = poses.shape[..] else {
         return Err(format!(
             "its `robot_pose` has the shape {:?}; scenes × grasps × 3 poses (before, at and after closing) × numbers are needed",

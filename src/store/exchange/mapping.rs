@@ -104,7 +104,7 @@ pub enum AngleUnit {
 
 impl LengthUnit {
     /// The unit in metres; that of the mesh depends on the grasp, and counts as 1 here.
-    fn metres(self) -> f64 {
+    pub(super) fn metres(self) -> f64 {
         match self {
             Self::M | Self::Mesh => 1.0,
             Self::Cm => 1e-2,

@@ -110,7 +110,9 @@ fn in_scene(
 
 /// The file that a dictionary in `path` names: absolute, or relative to the folder of `path` or one above it.
 fn beside(path: &Path, named: &str) -> Option<PathBuf> {
-    let folder = path.parent().unwrap_or(Path::new(""));
+    // The folders above a relative path are those above the current folder.
+    let path = std::path::absolute(path).ok()?;
+    let folder = path.parent()?;
     let folders = folder.ancestors().map(|folder| folder.join(named));
     folders.into_iter().find(|file| file.is_file())
 }

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use super::{DiversityComparison, Measure};
+use super::{Counted, DiversityComparison, Measure};
 use crate::agreement::{Estimated, Ratio};
 use crate::figure::MAKER;
 
@@ -241,10 +241,18 @@ impl DiversityComparison {
         let sizes: Vec<String> = sizes
             .map(|(name, grasps)| format!("{name} n = {grasps}"))
             .collect();
+        let families = if compared
+            .iter()
+            .any(|measure| measure.of == Counted::Families)
+        {
+            "; those of families span the intervals at half and at twice the level of groups"
+        } else {
+            ""
+        };
         Some(format!(
             "By Hill numbers of order {FIRST}, rarefied to equal numbers of grasps (Chao et al. 2014; {}), {}; brackets are 95 % \
-             intervals from {} bootstrap resamplings of each set, that of a ratio by a normal approximation of its logarithm \
-             ({MAKER} {}, seed {}).",
+             intervals from {} bootstrap resamplings of each set, that of a ratio by a normal approximation of its logarithm, \
+             and no narrower than chance makes it between samples of one community{families} ({MAKER} {}, seed {}).",
             sizes.join(", "),
             parts.join("; "),
             self.settings.resamplings,

@@ -14,6 +14,7 @@ use crate::energy::Energy;
 use crate::evaluation::taxonomy::{Label, Rule, Taxonomy};
 use crate::printable::counted;
 use crate::store::{GraspFile, GraspRow};
+use crate::study::Counted;
 use crate::study::diversity::Counter;
 use crate::study::drawing::Titles;
 use crate::study::error::StudyError;
@@ -210,7 +211,7 @@ fn kinds(
         .map(|name| name.text().to_owned());
     let mut regions = shown.iter().map(|shown| shown.regions.clone());
     [
-        (known::REGIONS, count(&mut regions)),
+        (Counted::Contacts.name(), count(&mut regions)),
         ("grasp types", count(&mut types)),
     ]
     .into()

@@ -7,17 +7,14 @@ use serde_json::Value;
 use super::trust::{Statement, missing, told};
 use crate::grasp::filter::passes_strict;
 use crate::grasp::{Grasp, GraspEnergy};
-use crate::printable::counted;
 use crate::store::{GraspFile, GraspRow};
+use crate::study::Counted;
 use crate::topography::{LEAST_MEMBERS, Rarefaction};
 
 /// Greatest number of grasps that are judged for a page: a judgement takes milliseconds.
 pub(super) const JUDGED: usize = 500;
 /// Least share of simulated grasps that held for which no caution is asked.
 const MOST_HOLD: f64 = 0.9;
-/// The name of the count of kinds by what touches.
-pub(super) const REGIONS: &str = "contact regions";
-
 /// Whether every grasp is judged, or each so many-th.
 pub(super) fn step(grasps: usize) -> usize {
     grasps.div_ceil(JUDGED).max(1)
@@ -39,7 +36,7 @@ pub(super) fn statements(
     curves: &BTreeMap<String, Rarefaction>,
 ) -> Value {
     let mut statements = vec![filtered(judged, file.grasps.len()), simulated(file)];
-    statements.extend(curves.get(REGIONS).map(kinds));
+    statements.extend(curves.get(Counted::Contacts.name()).map(touching));
     statements.push(Statement {
         tone: "note",
         short: "no map yet".to_owned(),
@@ -110,31 +107,39 @@ fn simulated(file: &GraspFile) -> Statement {
     }
 }
 
-/// Kinds by what touches, and how many of them were probably not met.
-fn kinds(found: &Rarefaction) -> Statement {
-    let number = counted(found.groups, "kind");
-    let meaning =
-        "Two grasps are of one kind here if the same digits (and the palm) touch the object.";
+/// Sets of contact regions, and how many of them were probably not met.
+fn touching(found: &Rarefaction) -> Statement {
+    let [set, sets] = ["set of contact regions", Counted::Contacts.name()];
+    let number = match found.groups {
+        1 => format!("1 {set}"),
+        several => format!("{several} {sets}"),
+    };
+    let meaning = "Two grasps have the same set of contact regions if the same digits (and the palm) touch the object.";
     match found.estimate {
         Some(estimate) => {
             let [low, high] = estimate.unseen_interval;
-            let rest = missing("kind", [estimate.unseen, low, high], estimate.coverage);
+            let rest = missing(
+                [set, sets],
+                [estimate.unseen, low, high],
+                estimate.coverage,
+                found.members as f64,
+            );
             let unseen = if estimate.unseen < 0.5 {
                 "probably none unseen".to_owned()
             } else {
                 format!("about {:.0} unseen", estimate.unseen)
             };
             Statement {
-                short: format!("{number} by what touches, {unseen}"),
+                short: format!("{number}, {unseen}"),
                 long: format!("{meaning} {}", rest.long),
                 ..rest
             }
         }
         None => Statement {
             tone: "care",
-            short: format!("{number} by what touches"),
+            short: number,
             long: format!(
-                "{meaning} With fewer than {LEAST_MEMBERS} grasps it cannot be told how many kinds are missing."
+                "{meaning} With fewer than {LEAST_MEMBERS} grasps it cannot be told how many {sets} are missing."
             ),
         },
     }

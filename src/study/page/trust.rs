@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use crate::printable::counted;
 use crate::store::{LandscapeFiles, Manifest};
 use crate::study::median;
+use crate::study::uncertainty::share_known;
 use crate::topography::{Evidence, Node, Tree, support};
 
 /// A merge is well supported if at least this fraction of the resamplings makes it.
@@ -172,7 +173,9 @@ fn unseen(manifest: &Manifest) -> Option<Statement> {
     let groups = &manifest.findings.get("rarefaction")?["groups"];
     let number = |name: &str| groups[name].as_f64();
     let interval = &groups["unseen_interval"];
-    let (Some(unseen), Some(coverage)) = (number("unseen"), number("coverage")) else {
+    let (Some(unseen), Some(coverage), Some(members)) =
+        (number("unseen"), number("coverage"), number("members"))
+    else {
         return Some(Statement {
             tone: "care",
             short: "too few grasps to tell what is missing".to_owned(),
@@ -181,11 +184,18 @@ fn unseen(manifest: &Manifest) -> Option<Statement> {
         });
     };
     let [low, high] = [0, 1].map(|end| interval[end].as_f64().unwrap_or(f64::NAN));
-    Some(missing("group", [unseen, low, high], coverage))
+    let kind = ["group", "groups"];
+    Some(missing(kind, [unseen, low, high], coverage, members))
 }
 
-/// How many kinds of grasps were probably never met: the estimate with its interval, and the coverage.
-pub(super) fn missing(kind: &str, [unseen, low, high]: [f64; 3], coverage: f64) -> Statement {
+/// How many kinds of grasps were probably never met: the name of a kind and its plural, the estimate with its interval, the
+/// coverage, and the number of grasps.
+pub(super) fn missing(
+    [kind, kinds]: [&str; 2],
+    [unseen, low, high]: [f64; 3],
+    coverage: f64,
+    grasps: f64,
+) -> Statement {
     let none = unseen < 0.5;
     Statement {
         tone: if none || high < 1.0 { "good" } else { "care" },
@@ -193,19 +203,21 @@ pub(super) fn missing(kind: &str, [unseen, low, high]: [f64; 3], coverage: f64) 
             format!("probably no {kind} unseen")
         } else {
             format!(
-                "about {unseen:.0} {kind}{} unseen",
-                if unseen < 1.5 { "" } else { "s" }
+                "about {unseen:.0} {} unseen",
+                if unseen < 1.5 { kind } else { kinds }
             )
         },
         long: format!(
-            "From how many {kind}s were met once or twice one can estimate how many were never met: {}. One more grasp falls \
-             into a known {kind} with a chance of {:.0} %. This takes the grasps for independent draws.",
-            if none {
+            "From how many {kinds} were met once or twice one can estimate how many were never met: {}. One more grasp falls \
+             into a known {kind} with a chance of {} %. This takes the grasps for independent draws.",
+            if high < 0.5 {
+                "probably none".to_owned()
+            } else if none {
                 format!("probably none (at most {high:.0}, with 95 % confidence)")
             } else {
                 format!("at least about {unseen:.0} (95 % interval {low:.0} to {high:.0})")
             },
-            100.0 * coverage
+            share_known(coverage, grasps)
         ),
     }
 }
@@ -394,7 +406,8 @@ mod tests {
     /// An estimate of nothing asks for no caution.
     #[test]
     fn nothing_unseen_is_good_news() {
-        let none = missing("group", [0.0, 0.0, 2.0], 0.98);
+        let group = ["group", "groups"];
+        let none = missing(group, [0.0, 0.0, 2.0], 0.98, 100.0);
         assert_eq!(
             (none.tone, none.short.as_str()),
             ("good", "probably no group unseen")
@@ -405,7 +418,7 @@ mod tests {
             "{}",
             none.long
         );
-        let some = missing("group", [15.2, 4.0, 60.0], 0.9);
+        let some = missing(group, [15.2, 4.0, 60.0], 0.9, 100.0);
         assert_eq!(
             (some.tone, some.short.as_str()),
             ("care", "about 15 groups unseen")
@@ -415,8 +428,21 @@ mod tests {
                 .contains("at least about 15 (95 % interval 4 to 60)")
         );
         assert_eq!(
-            missing("kind", [1.0, 0.0, 4.0], 0.9).short,
-            "about 1 kind unseen"
+            missing(group, [1.0, 0.0, 4.0], 0.9, 100.0).short,
+            "about 1 group unseen"
+        );
+    }
+
+    /// A sample of N that shows no rare kind bounds the share of the others by 3/N: they are never excluded.
+    #[test]
+    fn no_chance_is_certain() {
+        let all = missing(["group", "groups"], [0.0, 0.0, 0.2], 1.0, 60.0);
+        assert!(
+            all.long
+                .contains("never met: probably none. One more grasp falls into a known group")
+                && all.long.contains("with a chance of at least 95 %."),
+            "{}",
+            all.long
         );
     }
 

@@ -92,7 +92,7 @@ fn what_does_not_fit_is_told() {
         (
             "-1 0 1 0 0 ***",
             "",
-            "min.data, line 1, field 6: `***` is not a finite number",
+            "min.data, line 1, field 6: `***` is not a finite number; Fortran writes stars for a number that is too long for its field; write the file again with wider fields",
         ),
         (
             good,

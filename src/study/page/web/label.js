@@ -276,10 +276,11 @@ class LabelSheet {
     this.next();
   }
 
-  // A line for each labelled grasp; a label of a minimum is that of all its grasps.
+  // A line for each grasp with a label, and one without a label where that of the file was taken away. A label that is given to
+  // a minimum here is that of all its grasps; the one it has in the files is only that of most of them.
   csv() {
     const rows = this.items
-      .filter(item => given.to(item))
+      .filter(item => model.own.has(item) || (model.at(item)[0].item === "grasp" && given.to(item)))
       .flatMap(item => {
         const [side, k] = model.at(item);
         return side.members[k].split(" ").map(id => id + "," + quoted(given.to(item)));

@@ -52,12 +52,18 @@ class Legend {
   ranges(field, items) {
     const [low, high] = range(field);
     if (!(high > low)) return [];
-    const edges = Array.from({ length: RANGES + 1 }, (_, k) => Number((low + ((high - low) * k) / RANGES).toPrecision(3)));
+    // A hundredth to a tenth of a range is told, so that no two edges are the same number.
+    const places = Math.min(100, Math.max(0, 1 + Math.ceil(-Math.log10((high - low) / RANGES))));
+    const told = value => value.toFixed(places).replace(/^-(?=[0.]*$)/, "");
+    const edges = Array.from({ length: RANGES + 1 }, (_, k) => told(low + ((high - low) * k) / RANGES));
     return edges.slice(1).map((edge, k) => {
-      const [from, to] = [k === 0 ? -Infinity : edges[k], k === RANGES - 1 ? Infinity : edge];
-      const bounds = [from > -Infinity && `${field} ≥ ${from}`, to < Infinity && `${field} < ${to}`].filter(bound => bound);
-      const words = k === 0 ? `below ${shown(to, 3)}` : k === RANGES - 1 ? `from ${shown(from, 3)}` : `${shown(from, 3)} to ${shown(to, 3)}`;
-      const inside = item => model.number(field, item) >= from && model.number(field, item) < to;
+      const [first, last] = [k === 0, k === RANGES - 1];
+      const bounds = [!first && `${field} ≥ ${edges[k]}`, !last && `${field} < ${edge}`].filter(bound => bound);
+      const [from, to] = [edges[k], edge].map(number => number.replace("-", "−"));
+      const words = first ? `below ${to}` : last ? `from ${from}` : `${from} to ${to}`;
+      const above = first ? -Infinity : Number(edges[k]);
+      const below = last ? Infinity : Number(edge);
+      const inside = item => model.number(field, item) >= above && model.number(field, item) < below;
       return { words, chip: bounds.join(" and "), count: items.filter(inside).length, colour: viridis((k + 0.5) / RANGES) };
     });
   }

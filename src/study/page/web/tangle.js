@@ -146,12 +146,16 @@ function familyStroke(children, node, side, offset) {
   return familyColour(offset + node) ?? look.line;
 }
 
+// A distance of two minima: that of poses is a length in metres.
+function apart(distance) {
+  return model.sides[0].space?.kind === "pose" ? `${Number((1e3 * distance).toPrecision(3))} mm` : shown(distance);
+}
+
 // How many minima are in both landscapes, and what counts as the same.
 function alike(count, within) {
   const [one, other] = model.sides.map(side => side.count);
-  const reach = model.sides[0].space?.kind === "pose" ? `${Number((1e3 * within).toPrecision(3))} mm` : shown(within);
   const are = count === 1 ? "minimum is" : "minima are";
-  return `${count} ${are} the same in both (of ${one} and of ${other}; at most ${reach} apart)`;
+  return `${count} ${are} the same in both (of ${one} and of ${other}; at most ${apart(within)} apart)`;
 }
 
 // What moved, and what is in one of the two only, the largest changes first.
@@ -202,12 +206,13 @@ function showMoved(section) {
     ),
     ...list(
       "May be the same, at equal energy",
-      ["before", "after", "energy", "distance"],
+      ["before", "after", "energy", "difference", "distance"],
       possible.map(({ before, after, energies, distance }) => [
         link(before),
         link(offset + after),
         shown(energies[0]),
-        shown(distance),
+        signed(energies[1] - energies[0]),
+        apart(distance),
       ]),
     ),
     ...list("Only in the first", ["minimum", "energy"], energies(only_before)),

@@ -30,6 +30,11 @@ class TreePanel {
       at => this.found(at),
     );
     this.drawing.order = Array.from(this.side.tree.order);
+    this.all = tool("All", "Show or hide the highest merges", () => {
+      this.whole = !this.whole;
+      this.measure();
+      this.drawing.draw();
+    });
     this.enter();
     this.tools(section);
     watch(["branch"], () => {
@@ -69,7 +74,9 @@ class TreePanel {
     this.low = energies.length ? energies.reduce((a, b) => Math.min(a, b)) : 0;
     this.high = merges.at(-1) ?? Math.max(...energies, this.low + 1);
     const usual = merges[Math.floor((merges.length * 19) / 20)] ?? this.high;
-    const cut = !this.whole && this.high - this.low >= 2 * (usual - this.low) && usual < this.high;
+    const squashed = this.high - this.low >= 2 * (usual - this.low) && usual < this.high;
+    const cut = squashed && !this.whole;
+    this.all.hidden = !squashed;
     this.hidden = cut ? merges.filter(height => height > usual).length : 0;
     const top = cut ? usual : this.high;
     const margin = 0.06 * (top - this.low || 1);
@@ -238,11 +245,6 @@ class TreePanel {
   }
 
   tools(section) {
-    const all = tool("All", "Show or hide the highest merges", () => {
-      this.whole = !this.whole;
-      this.measure();
-      this.drawing.draw();
-    });
     const level = tool("Level", "Show or hide the level line, which divides the tree into families", () =>
       this.setLevel(state.level === null ? (this.top + this.low) / 2 : null),
     );
@@ -263,7 +265,7 @@ class TreePanel {
     });
     addTools(
       section,
-      ...(this.hidden ? [all] : []),
+      this.all,
       zoom,
       level,
       tool("−", "Show more of the tree", () => this.enlarge(1.6)),
