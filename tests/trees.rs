@@ -244,7 +244,7 @@ fn files_that_do_not_fit_are_refused() {
     fs::remove_file(desk.path("bad/min.data")).unwrap();
     assert!(
         desk.mistake("import bad")
-            .contains("cannot read bad/min.data")
+            .contains("it holds neither .npy files of grasps nor min.data and ts.data")
     );
 }
 

@@ -5,10 +5,10 @@ use crate::grasp::filter::STRICT_FRICTION;
 use crate::hand::{Hand, PosedHand};
 use crate::object::Object;
 
-/// Number of rounds over all joints in the search for the widest span of a hand.
-const ROUNDS: usize = 2;
+/// Largest number of rounds over all joints in the search for the widest span of a hand.
+const ROUNDS: usize = 8;
 /// Values of a joint that are tried, as shares of its range.
-const TRIED: [f64; 3] = [0.0, 0.5, 1.0];
+const TRIED: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 
 /// A size that hardly fits the hand.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -18,10 +18,6 @@ pub struct SizeDoubt {
     /// Whether no grasp can exist.
     pub sure: bool,
 }
-
-/// The search for the span moves one joint after the other, so that the hand may span more than it finds, by at most this
-/// factor as far as is known.
-const SEARCHED: f64 = 1.25;
 
 /// A doubt if the object is too large or too small for the hand. `scale` is the scale that the object was built at.
 ///
@@ -57,7 +53,7 @@ fn too_large(hand: &Hand, object: &Object, scale: f64) -> Option<SizeDoubt> {
     }
     let millimetres = |length_m: f64| 1e3 * length_m;
     Some(SizeDoubt {
-        sure: SEARCHED * span_m < needed * width_m,
+        sure: span_m < needed * width_m,
         doubt: Doubt {
             subject: object.name.clone(),
             finding: format!(
@@ -146,7 +142,7 @@ fn apart_m(hand: &Hand, posed: &PosedHand, [one, other]: [usize; 2]) -> f64 {
 }
 
 /// Largest distance between surface points of two digits, or of a digit and the palm, in any pose: for each two of them, each
-/// joint in turn takes the value with the largest distance.
+/// joint in turn takes the value with the largest distance, until no joint gains.
 fn span_m(hand: &Hand) -> f64 {
     let mut posed = PosedHand::default();
     let mut span_m = 0.0_f64;
@@ -156,6 +152,7 @@ fn span_m(hand: &Hand) -> f64 {
             let first = pose.len() - hand.joints.len();
             let mut widest_m = 0.0;
             for _ in 0..ROUNDS {
+                let before_m = widest_m;
                 for (number, joint) in hand.joints.iter().enumerate() {
                     let [low, high] = joint.limits_rad;
                     let mut best = pose[first + number];
@@ -168,6 +165,9 @@ fn span_m(hand: &Hand) -> f64 {
                         }
                     }
                     pose[first + number] = best;
+                }
+                if widest_m <= before_m {
+                    break;
                 }
             }
             span_m = span_m.max(widest_m);
