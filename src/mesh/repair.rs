@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 
 use super::cells::{Cells, Role};
 use super::copies::Faces;
+use super::exact::TriangleTree;
 use super::shell::walls;
 use super::winding::Winding;
 use super::{Mesh, MeshError};
@@ -31,6 +32,8 @@ const SAMPLES: usize = 400;
 const BESIDE: f64 = 1e-4;
 /// A mesh is refused if at least this share of the samples lacks an inside or an outside.
 const AMBIGUOUS: f64 = 0.2;
+/// Largest such share of a solid that is told by the directions of the faces alone.
+const MOSTLY_SURE: f64 = 0.05;
 /// A smaller share is noted if it is larger than this.
 const CROSSES: f64 = 0.01;
 
@@ -249,7 +252,7 @@ impl Mesh {
                         Some(closed) => turn_pieces(name, closed, &mut repairs).ok(),
                         None => mend_by_direction(name, soup, &mut repairs),
                     };
-                    let sure = by_direction.filter(|mesh| ambiguous(mesh) <= CROSSES);
+                    let sure = by_direction.filter(|mesh| ambiguous(mesh) <= MOSTLY_SURE);
                     Some(sure.ok_or(error)?)
                 }
             }
@@ -308,6 +311,11 @@ fn mend(
     let hidden = count(&|face| {
         !kept[face] && cells.is_boundary(face) || !sheets[face] && cells.roles[face] == Role::Sheet
     });
+    let covered = covers(&faces, &kept, &|face| cells.is_boundary(face))
+        && covers(&faces, &sheets, &|face| cells.roles[face] == Role::Sheet);
+    if !covered {
+        return Err(overlaid(name, hidden));
+    }
     if faces.copies + hidden > 0 {
         repairs.push(Repair::Single {
             triangles: faces.copies + hidden,
@@ -409,18 +417,44 @@ fn mend_by_direction(name: &str, mut soup: Triangles, repairs: &mut Vec<Repair>)
     turn_pieces(name, &closed, repairs).ok()
 }
 
+/// Whether each face of a role that is not in the layer that is kept of it lies on that layer. Where pieces share an edge and
+/// lie on each other only there, the choice of a layer would drop a whole piece.
+fn covers(faces: &Faces, layer: &[bool], of_role: &dyn Fn(usize) -> bool) -> bool {
+    let mut dropped = (0..layer.len())
+        .filter(|&face| !layer[face] && of_role(face))
+        .peekable();
+    if dropped.peek().is_none() {
+        return true;
+    }
+    let kept = (faces.triangles.iter().zip(layer)).filter(|(_, kept)| **kept);
+    let kept: Vec<[u32; 3]> = kept.map(|(triangle, _)| *triangle).collect();
+    let Some(kept) = TriangleTree::new(&faces.vertices, &kept) else {
+        return false;
+    };
+    let reach = depth(&faces.vertices);
+    dropped.all(|face| {
+        let corners = faces.triangles[face].map(|vertex| faces.vertices[vertex as usize]);
+        let middle = corners.iter().sum::<Vector3<f64>>() / 3.0;
+        (kept.foot(&middle) - middle).norm() <= reach
+    })
+}
+
 /// The mesh of pieces that are closed unless faces lie on each other in a way that is not resolved.
 fn united(name: &str, solid: Triangles) -> Result<Mesh, MeshError> {
     let mesh = Mesh::new(name, solid.vertices, solid.triangles);
     mesh.map_err(|error| match error {
         MeshError::Open { edges, .. } | MeshError::Orientation { edges, .. } => {
-            MeshError::Overlaid {
-                name: name.to_owned(),
-                edges,
-            }
+            overlaid(name, edges)
         }
         error => error,
     })
+}
+
+fn overlaid(name: &str, edges: usize) -> MeshError {
+    MeshError::Overlaid {
+        name: name.to_owned(),
+        edges,
+    }
 }
 
 /// Drops the triangles among `scraps` that lie in a solid.
