@@ -218,8 +218,11 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     let refused = refused(&found);
     anyhow::ensure!(
         !found.grasps.is_empty(),
-        "none of the {} passed the filter{}: {}",
-        counted(found.chains.len(), "chain"),
+        "{} the filter{}: {}",
+        match found.chains.len() {
+            1 => "the chain did not pass".to_owned(),
+            chains => format!("none of the {chains} chains passed"),
+        },
         refused.map_or(String::new(), |refused| format!(" ({refused})")),
         doubt.map_or_else(
             || remedy(&settings).to_owned(),

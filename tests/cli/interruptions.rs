@@ -67,7 +67,7 @@ fn chains_of_a_run_without_success_are_not_lost() {
     let few = "synth --object ball --preset paper --steps 1 -n 1 -q";
     assert_says(
         &desk.mistake(few),
-        &["none of the 1 chains passed", "--keep", "-n"],
+        &["the chain did not pass the filter", "--keep", "-n"],
     );
     assert_eq!(names(desk.folder.path()), ["grasps.parquet.partial"]);
     desk.resume(
