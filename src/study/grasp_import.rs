@@ -200,7 +200,9 @@ pub fn import_grasps(
     let found = rows.len();
     let scales = ScaleCounts::of(rows.iter().map(|row| row.scale));
     let rows = at_scale(rows, settings.scale, &scales)?;
-    let subject = path.display().to_string();
+    // The doubt is stored, and files record names of files only.
+    let subject = path.file_name().unwrap_or_default().to_string_lossy();
+    let subject = subject.into_owned();
     let imported = Imported {
         subject: subject.clone(),
         hand: &hand,
