@@ -219,10 +219,7 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     anyhow::ensure!(
         !found.grasps.is_empty(),
         "{} the filter{}: {}",
-        match found.chains.len() {
-            1 => "the chain did not pass".to_owned(),
-            chains => format!("none of the {chains} chains passed"),
-        },
+        none_passed(found.chains.len()),
         refused.map_or(String::new(), |refused| format!(" ({refused})")),
         doubt.map_or_else(
             || remedy(&settings).to_owned(),
@@ -325,6 +322,14 @@ fn warn_of_inputs(command: &Synth, energy: &GraspEnergy, mut notes: Vec<String>)
     }
     input::warn(&notes);
     input::warn(&expense(energy.hand(), energy.layer_balls()));
+}
+
+/// The beginning of the sentence that no chain passed the filter.
+fn none_passed(chains: usize) -> String {
+    match chains {
+        1 => "the chain did not pass".to_owned(),
+        chains => format!("none of the {chains} chains passed"),
+    }
 }
 
 /// What to do if no chain passes the filter.
