@@ -192,7 +192,9 @@ impl Object {
             .name
             .clone()
             .unwrap_or_else(|| stem.into_owned());
-        let note = |repair: &crate::mesh::Repair| format!("{}: {repair}", path.display());
+        // Notes are stored with grasps, and files record names of files only.
+        let file = path.file_name().unwrap_or_default().to_string_lossy();
+        let note = |repair: &crate::mesh::Repair| format!("{file}: {repair}");
         Ok(ObjectParts {
             name,
             notes: repaired.repairs.iter().map(note).collect(),
