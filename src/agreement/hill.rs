@@ -210,9 +210,9 @@ impl HillNumbers {
     /// It matters where a sample has few kinds or kinds met once: a sample of a single kind resamples to itself, and s says
     /// nothing of the kinds that chance left out.
     ///
-    /// The interval covers the ratio of the expected numbers in 93 to 99 % of 400 simulated pairs of samples of 80 and 120
+    /// The interval covers the ratio of the expected numbers in at least 90 % of 400 simulated pairs of samples of 80 and 120
     /// members; four of five samples of n* members show a planted ratio; of pairs of samples of 40 from one community, also
-    /// one in which a kind has nearly all, about one of twenty is told to differ (tests).
+    /// one in which a kind has nearly all, at most one of ten is told to differ in each order (tests).
     ///
     /// # Panics
     /// If the two have different sizes.
@@ -535,7 +535,7 @@ mod tests {
         }
     }
 
-    /// Of pairs of samples from one community, about one of twenty is told to differ, also if one kind has nearly all members.
+    /// Of pairs of samples from one community, at most one of ten is told to differ, also if one kind has nearly all members.
     #[test]
     fn chance_alone_seldom_shows_a_difference() {
         for shares in [
