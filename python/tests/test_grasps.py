@@ -188,5 +188,5 @@ def test_an_open_surface_becomes_a_wall_with_a_thickness():
         ls.Object.from_mesh(corners, triangles)
     sheet = ls.Object.from_mesh(corners, triangles, name="sheet", thickness_mm=4)
     assert sheet.distance([[0.05, 0.05, 0], [0.05, 0.05, 0.01]]) == pytest.approx([-0.002, 0.008], abs=2e-4)
-    with pytest.raises(ls.InputError, match="thickness_mm 0.0 is not from 0.1"):
+    with pytest.raises(ls.InputError, match="thickness_mm 0 is not from 0.1"):
         ls.Object.from_mesh(corners, triangles, thickness_mm=0)
