@@ -13,7 +13,7 @@ use super::report::held;
 use crate::cli::printing::{complain, print_wrote};
 use crate::figure::Leaf;
 use crate::printable::numbered;
-use crate::store::{FileSet, MinimumRow, read_resampled};
+use crate::store::{FileSet, MinimumRow, read_attempts};
 use crate::study::{
     Colouring, Drawing, MinimumNames, MinimumValues, Quantities, Titles, Views, group_of,
 };
@@ -154,7 +154,7 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
     let drawing = Drawing {
         network: &network,
         tree: &tree,
-        resampled: &read_resampled(&command.landscape, &network)?,
+        attempts: &read_attempts(&command.landscape, &files)?,
         leaves,
         group_of,
         titles: &titles,

@@ -15,7 +15,7 @@ use super::provenance::name_of;
 use super::run::Watch;
 use crate::cli::printing::{complain, print_wrote};
 use crate::evaluation::taxonomy::Rule;
-use crate::store::{AtomicFolder, GraspFile, LandscapeFiles, read_resampled, write_atomic};
+use crate::store::{AtomicFolder, GraspFile, LandscapeFiles, read_attempts, write_atomic};
 use crate::study::{PageGrasps, PageLandscape, Run, grasp_page, label_all, landscape_page};
 
 /// Name of the page in the folder of a landscape.
@@ -157,16 +157,15 @@ fn of_landscapes(command: &Report, common: &Common) -> anyhow::Result<String> {
 struct Opened {
     name: String,
     files: LandscapeFiles,
-    resampled: Vec<crate::topography::Tree>,
+    attempts: crate::topography::Attempts,
 }
 
 impl Opened {
     fn read(folder: &Path) -> anyhow::Result<Self> {
         let files = open_landscape(folder)?;
-        let network = files.network(folder)?;
         Ok(Self {
             name: name_of(folder),
-            resampled: read_resampled(folder, &network)?,
+            attempts: read_attempts(folder, &files)?,
             files,
         })
     }
@@ -175,7 +174,7 @@ impl Opened {
         PageLandscape {
             name: &self.name,
             files: &self.files,
-            resampled: &self.resampled,
+            attempts: &self.attempts,
             held,
         }
     }

@@ -14,14 +14,14 @@ use super::strip::{PICTURE_DENSITY, Picture, draw_row, row_height};
 use super::style::{Anchor, Colour, Stroke, TextFace};
 use super::theme::{INK, LINE, MARGIN, PALE_LINE, TEXT, UNLABELLED, WHITE};
 use super::{FigureError, text_width};
-use crate::topography::{Evidence, Network, Tree, support};
+use crate::topography::{Evidence, Network, Tree};
 
 const LABEL_RADIUS: f64 = 9.0;
 /// Least support for each mark, the fill of the mark, and its text in the legend.
 const SUPPORT: [(f64, Colour, &str); 3] = [
     (0.95, INK, "95 % or more"),
     (0.70, PALE_LINE, "70 to 95 %"),
-    (0.00, WHITE, "less"),
+    (0.00, WHITE, "less, or untested"),
 ];
 
 /// A merge tree with a circle at the end of every branch.
@@ -39,9 +39,9 @@ pub struct DisconnectivityPicture {
     pub members_label: String,
     /// Text in the legend about trees that are not connected to each other.
     pub apart: String,
-    /// Trees of resampled chains with the leaves of `tree`. Each merge is marked by its support among them ([`support`]).
-    /// No marks are drawn if this is empty.
-    pub resampled: Vec<Tree>,
+    /// Support of each node of the tree ([`Searched::support`](crate::topography::Searched::support)); `None` marks a merge as
+    /// untested. No marks are drawn if this is empty.
+    pub support: Vec<Option<f64>>,
     /// Width and height of the graph in canvas units.
     pub size: [u32; 2],
     /// Places the branches at the values of their leaves, with an axis below the graph; without it they stand side by side.
@@ -66,7 +66,7 @@ impl DisconnectivityPicture {
             energy_label: "energy".to_owned(),
             members_label: "members".to_owned(),
             apart: "apart: no path found".to_owned(),
-            resampled: Vec::new(),
+            support: Vec::new(),
             size: [1200, 860],
             place_by: None,
             colour_by: None,
@@ -190,7 +190,7 @@ impl DisconnectivityPicture {
         if self.tree.roots.len() > 1 {
             legend.note(&self.apart);
         }
-        if !self.resampled.is_empty() && merges().next().is_some() {
+        if !self.support.is_empty() && merges().next().is_some() {
             legend.heading("support");
             for (_, fill, text) in SUPPORT {
                 legend.disc(6.0, fill, text);
@@ -353,10 +353,12 @@ impl<'a> Plot<'a> {
     /// Draws a dot in the middle of each bar.
     fn draw_support(&self, canvas: &mut Canvas) {
         let radius = (0.2 * self.x[1]).clamp(2.4, 6.0);
-        let found = support(&self.picture.tree, &self.picture.resampled);
-        for (node, support) in found.into_iter().enumerate() {
-            let mark = support.and_then(|share| SUPPORT.iter().find(|(least, ..)| share >= *least));
-            if let Some((_, fill, _)) = mark {
+        for (node, support) in self.picture.support.iter().enumerate() {
+            if self.picture.tree.nodes[node].children.is_empty() {
+                continue;
+            }
+            let share = support.unwrap_or(0.0);
+            if let Some((_, fill, _)) = SUPPORT.iter().find(|(least, ..)| share >= *least) {
                 canvas.rimmed_circle(self.at(node), radius, *fill, LINE, 1.0);
             }
         }
@@ -526,8 +528,8 @@ mod tests {
     fn merges_carry_their_support() {
         let tree = random_tree(11, 91, 2);
         let mut picture = picture(tree.clone(), true);
-        picture.resampled = (0..10)
-            .map(|other| random_tree(if other < 8 { 11 } else { other }, 91, 2))
+        picture.support = (0..tree.nodes.len())
+            .map(|node| (node % 5 > 0).then_some(0.25 * (node % 5) as f64))
             .collect();
         let canvas = picture.draw().unwrap();
         assert_legible(&canvas);

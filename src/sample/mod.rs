@@ -44,6 +44,8 @@ pub enum Task {
     Diagram = 11,
     /// One chain that chooses temperature and force.
     Tuning = 12,
+    /// Choosing the ends and the temperature of a search across a merge.
+    Search = 13,
     /// Permuted labels and resampled cases.
     Permutation = 20,
     /// Resampled members of a sample whose diversity is measured.

@@ -1,41 +1,43 @@
-//! `attempts.parquet`: the chains and geodesics that were tried between minima, and what each of them found.
+//! `attempts.parquet`: the searches and geodesics that were tried between minima, and what each of them found.
 //!
-//! A row is an attempt to join minima `a` and `b`. `start` is `forward` or `backward` for a chain from a to b or from b to a,
-//! and `straight` or `round` for the geodesics. `barrier` is the raw barrier of the chain, or the least height of the roughly
-//! relaxed straight line. `found_a`, `found_b` and `found_height` list the passes on the path relaxed from it. The support
-//! of merges follows from these rows, and `landscape build --onto` needs them.
+//! A row is an attempt to join minima `a` and `b`. `start` is `forward` or `backward` for the chain of a search from a to b or
+//! from b to a, and `straight` or `round` for the geodesics. `search` is the number of the search in the map (0 for a geodesic), `temperature`
+//! and `force` are those of its chain, and `barrier` is the highest energy of the chain. `height` is that of the way that was
+//! relaxed from it. The support of merges follows from these rows, and `landscape build --onto` needs them.
 
 use std::path::Path;
+
+use serde_json::Value;
 
 use super::atomic::AtomicFolder;
 use super::columns::Columns;
 use super::error::{Fault, StoreError};
-use super::landscape::{has_table, read_table, table_head};
+use super::landscape::{LandscapeFiles, has_table, read_table, table_head};
 use super::row::{self, Column, columns};
-use crate::topography::{Attempt, MinimumId, Start};
+use crate::topography::{Attempt, Attempts, MinimumId, Start};
 
 const ATTEMPTS: &str = "attempts.parquet";
+
+/// More searches than any map makes. Numbers of searches name random streams.
+const MOST_SEARCHES: usize = 1 << 32;
 
 #[derive(Debug, Clone, PartialEq, Default)]
 struct AttemptRow {
     a: u64,
     b: u64,
     start: String,
+    search: u64,
+    temperature: Option<f64>,
+    force: Option<f64>,
     barrier: Option<f64>,
-    found_a: Vec<u64>,
-    found_b: Vec<u64>,
-    found_height: Vec<f64>,
+    height: Option<f64>,
 }
 
 const COLUMNS: &[Column<AttemptRow>] =
-    columns![a, b, start, barrier, found_a, found_b, found_height];
+    columns![a, b, start, search, temperature, force, barrier, height];
 
 impl From<&Attempt> for AttemptRow {
     fn from(attempt: &Attempt) -> Self {
-        let ends = |end: fn(&(MinimumId, MinimumId, f64)) -> MinimumId| {
-            let found = attempt.found.iter();
-            found.map(|found| end(found).0 as u64).collect()
-        };
         Self {
             a: attempt.from.0 as u64,
             b: attempt.to.0 as u64,
@@ -48,10 +50,14 @@ impl From<&Attempt> for AttemptRow {
                 Start::Round => "round",
             }
             .to_owned(),
+            search: match attempt.start {
+                Start::Chain { replica, .. } => replica as u64,
+                Start::Straight | Start::Round => 0,
+            },
+            temperature: attempt.law.map(|law| law[0]),
+            force: attempt.law.map(|law| law[1]),
             barrier: attempt.barrier,
-            found_a: ends(|found| found.0),
-            found_b: ends(|found| found.1),
-            found_height: attempt.found.iter().map(|found| found.2).collect(),
+            height: attempt.height,
         }
     }
 }
@@ -71,14 +77,15 @@ pub fn write_attempts(attempts: &[Attempt], folder: &AtomicFolder) -> Result<(),
     folder.write(ATTEMPTS, &columns.encode(&path, &table_head(ATTEMPTS))?)
 }
 
-/// Reads the attempts of a finished landscape with `minima` minima. There are none if the folder has no such table.
+/// Reads the attempts of the finished landscape of `files`. There are none if the folder has no such table.
 ///
 /// # Errors
 /// If the table is damaged, altered, or of another landscape, version or set of minima.
-pub fn read_attempts(folder: &Path, minima: usize) -> Result<Vec<Attempt>, StoreError> {
+pub fn read_attempts(folder: &Path, files: &LandscapeFiles) -> Result<Attempts, StoreError> {
     if !has_table(folder, ATTEMPTS)? {
-        return Ok(Vec::new());
+        return Ok(Attempts::default());
     }
+    let minima = files.minima.len();
     let table = read_table(folder, ATTEMPTS)?;
     let mut rows = vec![AttemptRow::default(); table.rows];
     row::read(COLUMNS, &table, &mut rows)?;
@@ -102,22 +109,12 @@ pub fn read_attempts(folder: &Path, minima: usize) -> Result<Vec<Attempt>, Store
         let (from, to) = (end("a", row.a)?, end("b", row.b)?);
         let start = match row.start.as_str() {
             "forward" | "backward" => {
-                let backward = row.start == "backward";
-                // Replicas count the chains of a pair and direction.
-                let replica = match attempts.last() {
-                    Some(Attempt {
-                        from: a,
-                        to: b,
-                        start:
-                            Start::Chain {
-                                backward: way,
-                                replica,
-                            },
-                        ..
-                    }) if (*a, *b, *way) == (from, to, backward) => replica + 1,
-                    _ => 0,
-                };
-                Start::Chain { backward, replica }
+                let number = usize::try_from(row.search).ok();
+                let large = || unexpected("search", row.search.to_string(), "a number".to_owned());
+                Start::Chain {
+                    backward: row.start == "backward",
+                    replica: number.filter(|number| *number < MOST_SEARCHES).ok_or_else(large)?,
+                }
             }
             "straight" => Start::Straight,
             "round" => Start::Round,
@@ -126,66 +123,57 @@ pub fn read_attempts(folder: &Path, minima: usize) -> Result<Vec<Attempt>, Store
                 return Err(unexpected("start", other.to_owned(), expected));
             }
         };
-        let lengths = [row.found_a.len(), row.found_b.len()];
-        if let Some(found) = lengths
-            .into_iter()
-            .find(|len| *len != row.found_height.len())
-        {
-            let fault = Fault::Length {
-                column: "found_a, found_b".to_owned(),
-                found,
-                expected: row.found_height.len(),
-            };
-            return Err(table.fault(number, fault));
-        }
-        let ends = row.found_a.iter().zip(&row.found_b);
-        let found = ends
-            .zip(&row.found_height)
-            .map(|((a, b), height)| Ok((end("found_a", *a)?, end("found_b", *b)?, *height)));
         attempts.push(Attempt {
             from,
             to,
             start,
+            law: row.temperature.zip(row.force).map(|(t, f)| [t, f]),
             barrier: row.barrier,
-            found: found.collect::<Result<_, StoreError>>()?,
+            height: row.height,
         });
     }
-    Ok(attempts)
+    let tolerance = files.manifest.settings.pointer("/sameness/energy");
+    Ok(Attempts {
+        list: attempts,
+        tolerance: tolerance.and_then(Value::as_f64).unwrap_or(0.0),
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::LandscapeFiles;
+    use crate::store::MinimumRow;
 
     #[test]
     fn attempts_come_back() {
-        let attempt = |(a, b), start, barrier, found| Attempt {
+        let attempt = |(a, b), start, law, height| Attempt {
             from: MinimumId(a),
             to: MinimumId(b),
             start,
-            barrier,
-            found,
+            law,
+            barrier: height.filter(|_| law.is_some()),
+            height,
         };
         let chain = |backward, replica| Start::Chain { backward, replica };
-        let found = vec![
-            (MinimumId(0), MinimumId(2), 0.4),
-            (MinimumId(1), MinimumId(2), 0.1 + 0.2),
-        ];
-        let attempts = [
-            attempt((0, 1), chain(false, 0), Some(0.5), Vec::new()),
-            attempt((0, 1), chain(false, 1), None, found.clone()),
-            attempt((0, 1), chain(true, 0), Some(0.6), Vec::new()),
-            attempt((0, 1), Start::Straight, Some(0.7), found),
-            attempt((1, 2), chain(true, 0), None, Vec::new()),
-            attempt((1, 2), Start::Round, None, Vec::new()),
+        let law = Some([0.01, 0.1 + 0.2]);
+        let list = vec![
+            attempt((0, 1), Start::Straight, None, Some(0.7)),
+            attempt((0, 1), chain(false, 0), law, Some(0.5)),
+            attempt((0, 1), chain(true, 3), law, None),
+            attempt((1, 2), Start::Round, None, None),
         ];
         let place = tempfile::tempdir().unwrap();
         let folder = AtomicFolder::open(&place.path().join("a.landscape"), false).unwrap();
-        write_attempts(&attempts, &folder).unwrap();
-        LandscapeFiles::default().write(&folder).unwrap();
-        assert_eq!(read_attempts(folder.path(), 3).unwrap(), attempts);
-        let error = read_attempts(folder.path(), 2).unwrap_err();
+        write_attempts(&list, &folder).unwrap();
+        let mut files = LandscapeFiles::default();
+        files.minima.resize(3, MinimumRow::default());
+        files.manifest.settings = serde_json::json!({ "sameness": { "energy": 0.005 } });
+        files.write(&folder).unwrap();
+        let tolerance = 0.005;
+        let all = Attempts { list, tolerance };
+        assert_eq!(read_attempts(folder.path(), &files).unwrap(), all);
+        files.minima.pop();
+        let error = read_attempts(folder.path(), &files).unwrap_err();
         assert!(error.to_string().contains("one of the 2 minima"), "{error}");
     }
 }

@@ -10,9 +10,8 @@
 //! The folder of a searched surface also has `stationary.parquet`, with one row per minimum or saddle
 //! ([`StationaryRow`](super::StationaryRow)).
 //!
-//! A landscape whose merges have a support also has `resampled.parquet`: the merges of the resampled trees
-//! ([`write_resampled`](super::write_resampled)). A landscape that `landscape build` mapped also has `attempts.parquet`, the
-//! chains and geodesics that were tried ([`write_attempts`](super::write_attempts)), and `grasps.parquet`, the grasps whose
+//! A landscape that `landscape build` mapped also has `attempts.parquet`, the
+//! searches and geodesics that were tried ([`write_attempts`](super::write_attempts)), and `grasps.parquet`, the grasps whose
 //! ids are the members of minima ([`GraspFile`]).
 //!
 //! `landscape.json` lists under `checksums` the [`content_hash`](super::content_hash) of each table, and of itself without

@@ -30,7 +30,6 @@ mod overrides;
 mod population;
 mod quaternion;
 mod rebuild;
-mod resampled;
 mod row;
 mod stationary;
 mod sum;
@@ -54,5 +53,4 @@ pub use metadata::{
 pub use overrides::Overrides;
 pub use population::Population;
 pub use rebuild::RebuildError;
-pub use resampled::{read_resampled, write_resampled};
 pub use stationary::StationaryRow;

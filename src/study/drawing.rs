@@ -9,7 +9,7 @@ use crate::figure::{BarrierPicture, DisconnectivityPicture, Leaf, LeafValues, Pi
 use crate::store::{Manifest, StoreError};
 use crate::topography::view::{Levels, View, bottoms, grouped, restricted};
 use crate::topography::{
-    self, Ancestors, Evidence, MinimumId, Network, Tree, spanning_forest, support,
+    self, Ancestors, Attempts, Evidence, MinimumId, Network, Node, Tree, spanning_forest,
 };
 
 /// Names of the pictures, without resolution (groups or minima) and format.
@@ -80,8 +80,8 @@ pub struct Drawing<'a> {
     pub network: &'a Network,
     /// Its tree of merges.
     pub tree: &'a Tree,
-    /// Trees of resampled chains, for the support of merges; empty if unknown.
-    pub resampled: &'a [Tree],
+    /// The searches, for the support of merges; empty if unknown.
+    pub attempts: &'a Attempts,
     /// One leaf for each minimum.
     pub leaves: Vec<Leaf>,
     /// The group of each minimum, numbered without gaps.
@@ -207,7 +207,8 @@ struct Shown<'a> {
     examples: Vec<(MinimumId, Picture)>,
     network: &'a Network,
     tree: Tree,
-    resampled: Vec<Tree>,
+    /// Of each merge of the tree of minima, if it is known; empty if none is.
+    support: Vec<Option<f64>>,
     leaves: &'a [Leaf],
     picked: Vec<MinimumId>,
 }
@@ -232,9 +233,10 @@ impl Drawing<'_> {
     /// # Panics
     /// If there is not one leaf and one group for each minimum.
     pub fn write(&self, put: Put<'_>) -> Result<(), StudyError> {
-        let (view, levels) = (self.views).of(self.network, self.tree, &self.views.picked);
+        let (view, _) = (self.views).of(self.network, self.tree, &self.views.picked);
         let name = |id: MinimumId| format!("m{}", view.minima[id.0].0);
-        let known = support(&view.tree, &shown_of(self.resampled, &view, levels));
+        let support = self.support();
+        let known = carried((self.tree, &support), &view.tree, |leaf| view.minima[leaf]);
         let newick = topography::newick(&view.tree, &known, name);
         put("tree.nwk", newick.as_bytes())?;
         let dot = topography::dot(&view.tree, &known, name);
@@ -265,6 +267,7 @@ impl Drawing<'_> {
             lowest[*group].get_or_insert(minimum);
         }
         let lowest: Vec<usize> = lowest.into_iter().flatten().collect();
+        let groups_tree = collapse(self.tree, &self.group_of);
         let shown = [
             Shown {
                 quantities: self.quantities.of(&lowest),
@@ -274,10 +277,8 @@ impl Drawing<'_> {
                     })
                     .collect(),
                 network: &groups,
-                tree: collapse(self.tree, &self.group_of),
-                resampled: (self.resampled.iter())
-                    .map(|tree| collapse(tree, &self.group_of))
-                    .collect(),
+                tree: groups_tree.clone(),
+                support: carried((self.tree, &support), &groups_tree, |leaf| MinimumId(lowest[leaf])),
                 leaves: &leaves,
                 picked,
             },
@@ -286,7 +287,7 @@ impl Drawing<'_> {
                 examples: Vec::new(),
                 network: self.network,
                 tree: self.tree.clone(),
-                resampled: self.resampled.to_vec(),
+                support: support.clone(),
                 leaves: &self.leaves,
                 picked: self.views.picked.clone(),
             },
@@ -295,6 +296,16 @@ impl Drawing<'_> {
             self.pictures(shown, ending, put)?;
         }
         Ok(())
+    }
+
+    /// The support of each merge of the tree; empty if no merge was searched.
+    fn support(&self) -> Vec<Option<f64>> {
+        let searched = self.attempts.of_merges(self.tree);
+        if searched.iter().all(Option::is_none) {
+            return Vec::new();
+        }
+        let support = searched.iter().map(|found| found.map(|found| found.support()));
+        support.collect()
     }
 
     /// Writes the disconnectivity graph and the barrier graph as SVG and PNG.
@@ -310,7 +321,7 @@ impl Drawing<'_> {
                 let _ = write!(title, ", merges raised to {LEVELS_OF_PRUNED} levels");
             }
         }
-        let tree = self.tree_picture(shown, &legible, levels, title);
+        let tree = self.tree_picture(shown, &legible, title);
         let most = BarrierPicture::MOST_NODES;
         let legible = at_most(&view, most, most);
         let graph = self.graph_picture(shown, &legible, self.title(shown, &view, &legible, ending));
@@ -349,14 +360,13 @@ impl Drawing<'_> {
         &self,
         shown: &Shown<'_>,
         view: &View,
-        levels: Option<Levels>,
         title: String,
     ) -> DisconnectivityPicture {
         let cut = squashing(&view.tree);
         let drawn = cut.map_or(view.clone(), |(_, height)| view.below(height));
         let mut tree = DisconnectivityPicture::new(drawn.tree, &Network::default());
         tree.leaves = leaves_shown(shown, view);
-        tree.resampled = shown_of(&shown.resampled, view, levels);
+        tree.support = carried((&shown.tree, &shown.support), &tree.tree, |leaf| view.minima[leaf]);
         tree.title = match cut {
             Some((count, height)) => {
                 tree.apart = format!("apart: joined above {height:.2}");
@@ -423,14 +433,29 @@ pub(super) fn not_drawn(minima: usize) -> Option<String> {
     })
 }
 
-/// Resampled trees in a view. The support of a visible merge refers to the visible minima only.
-fn shown_of(resampled: &[Tree], view: &View, levels: Option<Levels>) -> Vec<Tree> {
-    let shown = resampled.iter().map(|tree| {
-        let other = View::whole(tree).picked(&view.minima);
-        let swept = levels.map(|levels| other.swept(&levels));
-        swept.unwrap_or(other).tree
-    });
-    shown.collect()
+/// The support of each merge of `shown`, a simplification of another tree whose support is known: the least support of the
+/// merges of the whole tree that join its branches. `minimum` gives the leaf of the whole tree for each leaf of `shown`.
+fn carried(
+    (whole, support): (&Tree, &[Option<f64>]),
+    shown: &Tree,
+    minimum: impl Fn(usize) -> MinimumId,
+) -> Vec<Option<f64>> {
+    if support.is_empty() {
+        return Vec::new();
+    }
+    let first = shown.fold(|node, branches: &[usize]| branches.first().copied().unwrap_or(node.0));
+    let ancestors = Ancestors::of(whole);
+    let of_merge = |node: &Node| {
+        let leaves: Vec<MinimumId> = (node.children.iter())
+            .map(|child| minimum(first[child.0]))
+            .collect();
+        let merges = leaves.windows(2).map(|pair| {
+            let merge = ancestors.joint(pair[0], pair[1])?;
+            support[merge.0]
+        });
+        merges.flatten().reduce(f64::min)
+    };
+    shown.nodes.iter().map(of_merge).collect()
 }
 
 /// Support of the merge that each edge of the tree makes; `None` for other edges.
@@ -441,7 +466,7 @@ fn of_edges(network: &Network, tree: &Tree, support: &[Option<f64>]) -> Vec<Opti
         let ends = network.edge_endpoints(edge);
         let merge =
             ends.and_then(|(a, b)| ancestors.joint(MinimumId(a.index()), MinimumId(b.index())));
-        of_edges[edge.index()] = merge.and_then(|merge| support[merge.0]);
+        of_edges[edge.index()] = merge.and_then(|merge| *support.get(merge.0)?);
     }
     of_edges
 }
@@ -471,7 +496,7 @@ fn squashing(tree: &Tree) -> Option<(usize, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::topography::{Node, NodeId};
+    use crate::topography::NodeId;
 
     fn ladder(heights: &[f64]) -> Tree {
         let leaf = |number| Node {

@@ -10,11 +10,11 @@ use super::json;
 use crate::energy::{Energy, Explain};
 use crate::grasp::GraspEnergy;
 use crate::store::{
-    EdgeRow, Fault, GraspFile, GraspRow, LandscapeFiles, Population, Source, StoreError,
+    Fault, GraspFile, GraspRow, LandscapeFiles, Population, Source, StoreError,
     read_attempts,
 };
 use crate::topography::{
-    Attempt, Connection, Evidence, Groups, Landscape, MapSettings, MinimumId, Network,
+    Attempts, Connection, Evidence, Groups, Landscape, MapSettings, MinimumId, Network,
     Path as MappedPath, Tree,
 };
 
@@ -27,7 +27,7 @@ pub struct EarlierLandscape {
     pub settings: MapSettings,
     files: LandscapeFiles,
     grasps: GraspFile,
-    attempts: Vec<Attempt>,
+    attempts: Attempts,
     network: Network,
 }
 
@@ -90,7 +90,7 @@ impl EarlierLandscape {
                 content_hash: LandscapeFiles::content_hash(folder)?,
             },
             settings,
-            attempts: read_attempts(folder, files.minima.len())?,
+            attempts: read_attempts(folder, &files)?,
             files,
             grasps,
             network,
@@ -222,7 +222,6 @@ impl EarlierLandscape {
         let connections = edges.map(|(row, edge)| {
             let [from, to] = [row.a, row.b].map(minimum_id);
             let path = paths.remove(&(row.a, row.b)).unwrap_or_default();
-            let [forward, backward] = chains(row, self.attempts.len());
             let top = path.images.get(path.top());
             Connection {
                 from,
@@ -230,10 +229,9 @@ impl EarlierLandscape {
                 edge: edge.clone(),
                 invalid_reason: top.and_then(|top| energy.invalid_reason(top)),
                 path,
-                forward,
-                backward,
+                forward: Vec::new(),
+                backward: Vec::new(),
                 start: None,
-                straight: f64::INFINITY,
                 crossings: Vec::new(),
                 evaluations: usize::try_from(row.evaluations).unwrap_or(usize::MAX),
             }
@@ -245,7 +243,6 @@ impl EarlierLandscape {
             network: self.network.clone(),
             rejected: Vec::new(),
             unlisted_minima: Vec::new(),
-            resampled: Vec::new(),
             attempts: self.attempts.clone(),
             evaluations: 0,
         })
@@ -257,13 +254,3 @@ fn minimum_id(number: u64) -> MinimumId {
     MinimumId(usize::try_from(number).unwrap_or(usize::MAX))
 }
 
-/// The barriers of the chains in each direction. The table does not tell in which direction a chain did not arrive. There
-/// are no more of those than attempts in the whole landscape, whatever the table says.
-fn chains(row: &EdgeRow, attempts: usize) -> [Vec<Option<f64>>; 2] {
-    let mut chains = [&row.chains_forward, &row.chains_backward]
-        .map(|barriers| barriers.iter().copied().map(Some).collect::<Vec<_>>());
-    let runs = usize::try_from(row.chain_runs).unwrap_or(usize::MAX);
-    let missing = runs.saturating_sub(chains[0].len() + chains[1].len());
-    chains[0].extend(std::iter::repeat_n(None, missing.min(attempts)));
-    chains
-}

@@ -13,7 +13,7 @@ use crate::figure::leaves_of;
 use crate::printable::{counted, printable};
 use crate::store::{AtomicFolder, Counts, EdgeRow, LandscapeFiles, Manifest, MinimumRow, Source};
 use crate::topography::exchange::{Database, Layout, Reading, points};
-use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree};
+use crate::topography::{Attempts, Evidence, GroupSettings, Groups, Network, Tree};
 
 /// Coordinates of stationary points in the order of `min.data` and `ts.data`, all with the same number of coordinates. Both
 /// lists are empty if they are unknown.
@@ -210,7 +210,7 @@ impl<'a> ImportedLandscape<'a> {
         let drawing = Drawing {
             network: &self.network,
             tree: &self.tree,
-            resampled: &[],
+            attempts: &Attempts::default(),
             leaves: leaves_of(&self.network),
             group_of: self.groups.group_of(),
             titles: &Titles::of_surface(self.source.name.clone(), "members", 0),

@@ -50,7 +50,6 @@ pub(super) fn map_of(energy: &EnergySettings, slope: f64) -> MapSettings {
     let mut settings = MapSettings::for_scales(0.3, 0.04);
     settings.neighbours = 6;
     settings.retry_rounds = 1;
-    settings.decisive_replicas = 3;
     settings.quench = settings
         .quench
         .with_gradient_tolerance(1e-5)
@@ -63,7 +62,6 @@ pub(super) fn map_of(energy: &EnergySettings, slope: f64) -> MapSettings {
     settings.chain = ChainSettings {
         temperature: 0.01,
         force: 8.0 * slope,
-        attempts: 1,
         replicas: 1,
         step: 1e-3,
         arrival: 0.005,
@@ -96,14 +94,10 @@ pub(super) fn map_of(energy: &EnergySettings, slope: f64) -> MapSettings {
         settings.path.roughness = ROUGHNESS * cost;
         settings.path.rivalry = 0.5;
         settings.ceiling = Some(cost);
-        // Straight lines lead to the passes of a smooth surface. Chains are for the pairs that need another way.
-        settings.chain.replicas = 0;
-        settings.decisive_replicas = 0;
         settings.chain.temperature = TEMPERATURE * cost;
         settings.neighbours = 10;
         settings.batch = 16;
         settings.retry_rounds = 2;
-        settings.confirm_rounds = 4;
         settings.quench = settings.quench.with_gradient_tolerance(1e-3 * cost);
         settings.path.exact_below = cost;
         settings.path.force_tolerance = LAYER_FORCE * cost;

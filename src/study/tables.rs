@@ -15,7 +15,6 @@ use crate::energy::Energy;
 use crate::figure::Leaf;
 use crate::store::{
     AtomicFolder, EdgeRow, LandscapeFiles, MinimumRow, PathPoint, StoreError, write_attempts,
-    write_resampled,
 };
 use crate::topography::exchange::{Database, Layout};
 use crate::topography::{self, Evidence, GroupSettings, Groups, Landscape, Merge, Network};
@@ -148,7 +147,7 @@ impl Mapped<'_> {
             ("dominating_terms_of_merges", json(terms)),
             ("group_scan", json(&self.landscape.groups.scan)),
             ("merges", json(&uncertainty.merges)),
-            ("chains", json(&uncertainty.spread)),
+            ("searches", json(&uncertainty.searches)),
             ("rarefaction", uncertainty.unseen.to_json()),
         ];
         findings
@@ -178,12 +177,11 @@ impl Mapped<'_> {
             caption: None,
         });
         write_database(database, folder)?;
-        write_resampled(&self.landscape.resampled, folder)?;
-        write_attempts(&self.landscape.attempts, folder)?;
+        write_attempts(&self.landscape.attempts.list, folder)?;
         let drawing = Drawing {
             network,
             tree: &self.landscape.tree,
-            resampled: &self.landscape.resampled,
+            attempts: &self.landscape.attempts,
             leaves: leaves.collect(),
             group_of: self.landscape.groups.group_of(),
             titles,

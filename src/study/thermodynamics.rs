@@ -15,7 +15,7 @@ use crate::thermal::{
     Funnels, SAME, Superposition, count_superbasins, frustration, range_of_energies, superbasins,
 };
 use crate::topography::exchange::Database;
-use crate::topography::{Evidence, Groups, Tree};
+use crate::topography::{Attempts, Evidence, Groups, Tree};
 
 /// Greatest number of superbasins whose occupation is drawn.
 const DRAWN: usize = 8;
@@ -190,7 +190,7 @@ impl<'a> Thermodynamics<'a> {
         let drawing = Drawing {
             network: &network,
             tree: &Tree::from_network(&network, Evidence::Chain),
-            resampled: &[],
+            attempts: &Attempts::default(),
             leaves: leaves_of(&network),
             group_of: groups.group_of(),
             titles: &titles,

@@ -1,4 +1,4 @@
-//! Reported uncertainties: support of merges, spread of chains, unseen groups.
+//! Reported uncertainties: support of merges, what the searches found, unseen groups.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,9 @@ use super::{json, median};
 use crate::figure::rarefaction_chart;
 use crate::printable::counted;
 use crate::store::AtomicFolder;
-use crate::topography::{Evidence, LEAST_MEMBERS, Landscape, Node, Rarefaction, support};
+use crate::topography::{
+    Attempt, Evidence, LEAST_MEMBERS, Landscape, Node, Rarefaction, Start,
+};
 
 /// The inputs of a landscape of grasps.
 pub(super) const GRASPS: &str = "grasps";
@@ -26,8 +28,14 @@ pub(super) struct MergeRow {
     /// The lowest minimum of each branch.
     lowest: Vec<usize>,
     evidence: Evidence,
-    /// Fraction of the resamplings in which the same minima merge before any other joins them.
+    /// Number of independent searches across it.
+    searches: usize,
+    /// How many of them ended at its height.
+    ended_here: usize,
+    /// 1 − the chance that a lower way exists; none if nothing was searched.
     support: Option<f64>,
+    /// How much lower it may be.
+    uncertainty: Option<f64>,
 }
 
 /// Uncertainties of a landscape, for its manifest and its summary.
@@ -35,8 +43,8 @@ pub(super) struct MergeRow {
 pub(super) struct Uncertainty {
     /// The merges, sorted by height.
     pub(super) merges: Vec<MergeRow>,
-    /// The scatter of raw barriers.
-    pub(super) spread: Spread,
+    /// What the searches did.
+    pub(super) searches: Searches,
     /// Groups and minima that the inputs did not show.
     pub(super) unseen: Unseen,
 }
@@ -47,7 +55,7 @@ impl Uncertainty {
     pub(super) fn of(landscape: &Landscape, inputs: &'static str) -> Self {
         Self {
             merges: merges(landscape),
-            spread: spread(landscape),
+            searches: searches(landscape),
             unseen: Unseen::of(landscape, inputs),
         }
     }
@@ -55,7 +63,7 @@ impl Uncertainty {
 
 fn merges(landscape: &Landscape) -> Vec<MergeRow> {
     let tree = &landscape.tree;
-    let support = support(tree, &landscape.resampled);
+    let searched = landscape.attempts.of_merges(tree);
     let leaves = tree.leaves_below();
     // Minima are sorted by energy.
     let lowest =
@@ -66,57 +74,37 @@ fn merges(landscape: &Landscape) -> Vec<MergeRow> {
         minima: leaves[id],
         lowest: node.children.iter().map(|child| lowest[child.0]).collect(),
         evidence: node.evidence,
-        support: support[id],
+        searches: searched[id].map_or(0, |found| found.searches),
+        ended_here: searched[id].map_or(0, |found| found.ended_here),
+        support: searched[id].map(|found| found.support()),
+        uncertainty: searched[id].map(|found| found.uncertainty),
     };
     merges.map(row).collect()
 }
 
-/// Scatter of raw barriers.
+/// What the searches did.
 #[derive(Debug, Serialize)]
-pub(super) struct Spread {
-    runs: usize,
+pub(super) struct Searches {
+    searches: usize,
+    /// Those whose chain arrived.
     arrived: usize,
-    /// Number of pairs and directions with at least two arrivals.
-    replicated: usize,
-    /// Median, over these, of the highest minus the lowest barrier.
-    median_range_of_replicas: Option<f64>,
-    /// Median, over pairs reached in both directions, of the difference between their lowest barriers.
-    median_gap_of_directions: Option<f64>,
-    /// Median, over pairs with a path, of the lowest raw barrier minus the height found.
+    /// Median, over these, of the highest energy of the chain minus the height of the way relaxed from it.
     median_excess: Option<f64>,
-    resamplings: usize,
 }
 
-fn spread(landscape: &Landscape) -> Spread {
-    let (mut runs, mut arrived) = (0, 0);
-    let (mut ranges, mut gaps, mut excesses) = (Vec::new(), Vec::new(), Vec::new());
-    for connection in &landscape.connections {
-        let sides = [&connection.forward, &connection.backward].map(|chains| {
-            runs += chains.len();
-            let barriers: Vec<f64> = chains.iter().flatten().copied().collect();
-            arrived += barriers.len();
-            let least = barriers.iter().copied().reduce(f64::min);
-            let most = barriers.iter().copied().reduce(f64::max);
-            let side = least.zip(most);
-            ranges.extend(
-                side.filter(|_| barriers.len() > 1)
-                    .map(|(least, most)| most - least),
-            );
-            least
-        });
-        let least = sides.iter().flatten().copied().reduce(f64::min);
-        gaps.extend(sides[0].zip(sides[1]).map(|(a, b)| (a - b).abs()));
-        let height = Some(connection.edge.height).filter(|height| height.is_finite());
-        excesses.extend(least.zip(height).map(|(raw, height)| raw - height));
-    }
-    Spread {
-        runs,
-        arrived,
-        replicated: ranges.len(),
-        median_range_of_replicas: median(ranges),
-        median_gap_of_directions: median(gaps),
-        median_excess: median(excesses),
-        resamplings: landscape.resampled.len(),
+fn searches(landscape: &Landscape) -> Searches {
+    let list = landscape.attempts.list.iter();
+    let chains: Vec<&Attempt> = list
+        .filter(|attempt| matches!(attempt.start, Start::Chain { .. }))
+        .collect();
+    let excesses = chains.iter().filter_map(|attempt| {
+        let (barrier, height) = attempt.barrier.zip(attempt.height)?;
+        Some(barrier - height)
+    });
+    Searches {
+        searches: chains.len(),
+        arrived: chains.iter().filter(|attempt| attempt.barrier.is_some()).count(),
+        median_excess: median(excesses.collect()),
     }
 }
 
@@ -124,32 +112,27 @@ fn spread(landscape: &Landscape) -> Spread {
 pub(super) fn lines(uncertainty: &Uncertainty) -> Vec<String> {
     let Uncertainty {
         merges,
-        spread,
+        searches,
         unseen,
     } = uncertainty;
     let mut lines = vec![unseen.line()];
-    let supports: Vec<f64> = merges.iter().filter_map(|merge| merge.support).collect();
-    if !supports.is_empty() {
+    if searches.searches > 0 {
+        let supports: Vec<f64> = merges.iter().filter_map(|merge| merge.support).collect();
         let sure = supports.iter().filter(|share| **share >= 0.95).count();
         let doubtful = supports.iter().filter(|share| **share < 0.7).count();
         lines.push(format!(
-            "- support of merges ({} of the chains that were run): {sure} of {} at least 95 %, {doubtful} below 70 %. Support \
-             tells how far these chains agree; it does not tell whether a lower pass exists that none of them found",
-            counted(spread.resamplings, "resampling"),
-            supports.len()
+            "- support of merges: {} by attraction–diffusion, {} of which arrived, looked for lower ways. For {sure} of {} the \
+             chance that a lower way exists is at most 5 %, for {doubtful} more than 30 %, and {} not searched",
+            counted(searches.searches, "search"),
+            searches.arrived,
+            counted(merges.len(), "merge"),
+            merges.len() - supports.len(),
         ));
-    }
-    let number = |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{value:.3}"));
-    if spread.runs > 0 {
-        lines.push(format!(
-            "- raw chains: {} of {} arrived. Their barriers are upper bounds; in the median, chains of the same pair and direction \
-             differ by {}, the two directions of a pair by {}, and the lowest chain of a pair lies {} above the height found",
-            spread.arrived,
-            spread.runs,
-            number(spread.median_range_of_replicas),
-            number(spread.median_gap_of_directions),
-            number(spread.median_excess)
-        ));
+        if let Some(excess) = searches.median_excess {
+            lines.push(format!(
+                "- raw chains: in the median, the highest energy of a chain lies {excess:.3} above the way relaxed from it"
+            ));
+        }
     }
     lines
 }

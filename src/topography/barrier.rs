@@ -1,15 +1,13 @@
-//! Connects one pair of minima: runs chains in both directions, then relaxes the best chain and the geodesics.
+//! Connects one pair of minima by relaxing the geodesics between them, or a way that is known.
 
 use serde::{Deserialize, Serialize};
 
-use super::adelm::{ChainSettings, chain};
 use super::journal::bits;
 use super::minima::MatchTolerance;
 use super::network::{Edge, Evidence, Minimum, MinimumId};
 use super::path::{Pass, Path, PathSettings, geodesics, relax};
 use crate::energy::{Counted, Energy};
 use crate::optimize::QuenchSettings;
-use crate::sample::{Kernel, Task, stream};
 
 /// Origin of the lowest path of a connection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -19,7 +17,7 @@ pub enum Start {
     Chain {
         /// Whether it ran from the higher minimum to the lower.
         backward: bool,
-        /// Its number among the replicas of its trial and direction.
+        /// Its number among the searches of the map, or among the chains of its pair and direction in sequential ADELM.
         replica: usize,
     },
     /// The geodesic between the two minima.
@@ -51,7 +49,7 @@ pub struct Connection {
     pub edge: Edge,
     /// The lowest path found; empty if there is none.
     pub path: Path,
-    /// Barriers of the raw chains from `from` to `to`, one for each replica; `None` if no force arrived.
+    /// Barriers of the raw chains of sequential ADELM from `from` to `to`; `None` if a chain did not arrive.
     #[serde(with = "bits::options")]
     pub forward: Vec<Option<f64>>,
     /// The same from `to` to `from`.
@@ -59,9 +57,6 @@ pub struct Connection {
     pub backward: Vec<Option<f64>>,
     /// The origin of the path.
     pub start: Option<Start>,
-    /// Height of the roughly relaxed geodesic; infinite if it leaves the domain or its top is invalid.
-    #[serde(with = "bits::number")]
-    pub straight: f64,
     /// Why the energy declares the top of the path invalid, if it does.
     pub invalid_reason: Option<String>,
     /// All passes found.
@@ -90,7 +85,6 @@ impl Connection {
             forward: Vec::new(),
             backward: Vec::new(),
             start: None,
-            straight: f64::INFINITY,
             invalid_reason: None,
             crossings: Vec::new(),
             evaluations: 0,
@@ -125,15 +119,6 @@ mod edge {
     }
 }
 
-/// The random streams and the effort of one trial.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Effort {
-    /// Number of the trial, from 0. Each trial has new random streams, and later ones relax strings for longer.
-    pub attempt: usize,
-    /// Seed of the run.
-    pub seed: u64,
-}
-
 /// Two minima to be connected.
 #[derive(Debug, Clone, Copy)]
 pub struct Pair<'a> {
@@ -141,17 +126,16 @@ pub struct Pair<'a> {
     pub ids: (MinimumId, MinimumId),
     /// The minima.
     pub minima: (&'a Minimum, &'a Minimum),
-    /// The effort of this trial.
-    pub effort: Effort,
-    /// Height at which known paths already join them; infinite if none does. Only used on a surface with ripples.
+    /// Number of the trial, from 0. Later ones relax strings for longer.
+    pub attempt: usize,
+    /// Height above which a path does not matter, because known ones join them; infinite if none does. Only used on a surface
+    /// with ripples.
     pub known: f64,
 }
 
 /// The inputs that all pairs share.
 #[derive(Debug, Clone, Copy)]
 pub struct Connector<'a> {
-    /// Settings of the chains.
-    pub chain: &'a ChainSettings,
     /// Settings of the strings.
     pub path: &'a PathSettings,
     /// Settings of every descent.
@@ -161,23 +145,33 @@ pub struct Connector<'a> {
 }
 
 impl Connector<'_> {
-    /// Connects a pair.
-    ///
-    /// Chains run in both directions `replicas` times, each with growing force until one arrives. The best chain, the
-    /// straight line and, unless much longer, the other way round are relaxed, and the lowest path is kept. If no replicas
-    /// are set, chains run only for a pair that is tried again. The outcome depends only on the two minima, their numbers, the settings and the effort.
-    pub fn connect(&self, energy: &dyn Energy, kernel: &dyn Kernel, pair: Pair<'_>) -> Connection {
+    /// Connects a pair: relaxes the straight line and, unless much longer, the other way round, and keeps the lowest path.
+    pub fn connect(&self, energy: &dyn Energy, pair: Pair<'_>) -> Connection {
+        self.relaxed(energy, pair, &self.geodesics(energy, pair))
+    }
+
+    /// Relaxes a way that is known, and the geodesics again.
+    pub(super) fn improve(
+        &self,
+        energy: &dyn Energy,
+        pair: Pair<'_>,
+        known: &Connection,
+    ) -> Connection {
+        let mut starts = self.geodesics(energy, pair);
+        if !known.path.images.is_empty() {
+            let start = known.start.unwrap_or(Start::Straight);
+            starts.push((start, known.path.images.clone()));
+        }
+        self.relaxed(energy, pair, &starts)
+    }
+
+    fn geodesics(&self, energy: &dyn Energy, pair: Pair<'_>) -> Vec<(Start, Vec<Vec<f64>>)> {
         let (from, to) = (&pair.minima.0.coordinates, &pair.minima.1.coordinates);
-        let again = usize::from(pair.effort.attempt > 0);
-        let replicas = self.chain.replicas.max(again) << pair.effort.attempt;
-        let chains = self.chains(energy, kernel, pair, replicas);
         let ways = geodesics(energy.space(), from, to, self.path.detour);
-        let mut starts: Vec<_> = [Start::Straight, Start::Round]
+        [Start::Straight, Start::Round]
             .into_iter()
             .zip(ways)
-            .collect();
-        starts.extend(chains.best.iter().map(Best::start));
-        self.relaxed(energy, pair, chains, &starts)
+            .collect()
     }
 
     /// Relaxes the straight line for a few iterations, to find out whether only ripples divide a pair.
@@ -198,22 +192,7 @@ impl Connector<'_> {
         };
         let ways = geodesics(energy.space(), from, to, 0.0);
         let starts: Vec<_> = ways.into_iter().map(|way| (Start::Straight, way)).collect();
-        quick.relaxed(energy, pair, Chains::default(), &starts)
-    }
-
-    /// Runs `replicas` more chains in each direction and relaxes the best one if it is lower than `known`.
-    pub fn replicate(
-        &self,
-        energy: &dyn Energy,
-        kernel: &dyn Kernel,
-        pair: Pair<'_>,
-        replicas: usize,
-        known: f64,
-    ) -> Connection {
-        let chains = self.chains(energy, kernel, pair, replicas);
-        let lower = chains.best.iter().filter(|best| best.barrier < known);
-        let starts: Vec<_> = lower.map(Best::start).collect();
-        self.relaxed(energy, pair, chains, &starts)
+        quick.relaxed(energy, pair, &starts)
     }
 
     /// The connection over the lowest of the paths relaxed from `starts`.
@@ -221,19 +200,18 @@ impl Connector<'_> {
         &self,
         energy: &dyn Energy,
         pair: Pair<'_>,
-        chains: Chains,
         starts: &[(Start, Vec<Vec<f64>>)],
     ) -> Connection {
         let (counted, minima) = (Counted::new(energy), pair.minima);
         let mut settings = self.path.clone();
-        let doublings = pair.effort.attempt.min(MOST_DOUBLINGS);
+        let doublings = pair.attempt.min(MOST_DOUBLINGS);
         settings.coarse_iterations <<= doublings;
         settings.iterations <<= doublings;
         if let Some(seams) = &mut settings.seams {
             seams.moves <<= doublings;
             seams.halvings += doublings;
         }
-        if settings.roughness > 0.0 && pair.effort.attempt == 0 {
+        if settings.roughness > 0.0 && pair.attempt == 0 {
             // Lowering a top costs more than all the rest, and few of these paths decide the tree.
             settings.seams = None;
         } else if settings.roughness > 0.0 {
@@ -263,10 +241,9 @@ impl Connector<'_> {
                     .distance(&minima.0.coordinates, &minima.1.coordinates),
             },
             path: Path::default(),
-            forward: chains.forward,
-            backward: chains.backward,
+            forward: Vec::new(),
+            backward: Vec::new(),
             start: None,
-            straight: f64::INFINITY,
             invalid_reason: None,
             crossings: Vec::new(),
             evaluations: 0,
@@ -285,105 +262,11 @@ impl Connector<'_> {
             };
             connection.path = outcome.path;
             connection.start = Some(starts[outcome.start].0);
-            if let Some(rough) = outcome.first
-                && starts[0].0 == Start::Straight
-            {
-                connection.straight = rough;
-            }
             connection.invalid_reason = outcome.invalid_reason;
             connection.crossings = outcome.passes.into_iter().map(Crossing::from).collect();
         }
-        let relaxing = usize::try_from(counted.evaluations()).unwrap_or(usize::MAX);
-        connection.evaluations = chains.evaluations + relaxing;
+        connection.evaluations = usize::try_from(counted.evaluations()).unwrap_or(usize::MAX);
         connection
-    }
-
-    fn chains(
-        &self,
-        energy: &dyn Energy,
-        kernel: &dyn Kernel,
-        Pair {
-            ids,
-            minima,
-            effort,
-            ..
-        }: Pair<'_>,
-        replicas: usize,
-    ) -> Chains {
-        let mut evaluations = 0;
-        let mut best: Option<Best> = None;
-        let mut run = |backward: bool, replica: usize| {
-            let mut force = self.chain.force;
-            for attempt in 0..self.chain.attempts {
-                let part = [effort.attempt, usize::from(backward), replica, attempt];
-                let id = stream_number(ids, part);
-                let mut rng = stream(effort.seed, Task::AttractionDiffusion, id);
-                let found = chain(
-                    energy,
-                    kernel,
-                    if backward {
-                        (minima.1, minima.0)
-                    } else {
-                        minima
-                    },
-                    force,
-                    self.chain,
-                    (self.quench, self.sameness),
-                    f64::INFINITY,
-                    &mut rng,
-                );
-                evaluations += found.evaluations;
-                if found.arrived {
-                    if best
-                        .as_ref()
-                        .is_none_or(|known| found.barrier < known.barrier)
-                    {
-                        let path = if backward {
-                            found.path.reversed()
-                        } else {
-                            found.path
-                        };
-                        best = Some(Best {
-                            barrier: found.barrier,
-                            path,
-                            start: Start::Chain { backward, replica },
-                        });
-                    }
-                    return Some(found.barrier);
-                }
-                force *= self.chain.escalation;
-            }
-            None
-        };
-        let [forward, backward] =
-            [false, true].map(|backward| (0..replicas).map(|k| run(backward, k)).collect());
-        Chains {
-            forward,
-            backward,
-            best,
-            evaluations,
-        }
-    }
-}
-
-#[derive(Default)]
-struct Chains {
-    forward: Vec<Option<f64>>,
-    backward: Vec<Option<f64>>,
-    best: Option<Best>,
-    evaluations: usize,
-}
-
-struct Best {
-    barrier: f64,
-    /// Its path, from the lower minimum.
-    path: Path,
-    start: Start,
-}
-
-impl Best {
-    fn start(&self) -> (Start, Vec<Vec<f64>>) {
-        (self.start, self.path.images.clone())
     }
 }
 
@@ -413,24 +296,6 @@ impl From<Pass> for Crossing {
             path,
         }
     }
-}
-
-/// A unique number for every chain of a run, for up to 2²⁰ minima and 2⁸ replicas.
-fn stream_number(
-    (from, to): (MinimumId, MinimumId),
-    [attempt, direction, replica, escalation]: [usize; 4],
-) -> u64 {
-    [
-        (to.0, 20),
-        (attempt, 4),
-        (direction, 1),
-        (replica, 8),
-        (escalation, 4),
-    ]
-    .into_iter()
-    .fold(from.0 as u64, |number, (part, width)| {
-        (number << width) | part as u64
-    })
 }
 
 /// The term that rises most from the higher minimum to the top.

@@ -7,7 +7,7 @@ use petgraph::graph::NodeIndex;
 use super::barrier::Connection;
 use super::groups::Groups;
 use super::network::{Evidence, Minimum, MinimumId, Network};
-use super::support::Attempt;
+use super::support::Attempts;
 use super::tree::Tree;
 
 /// A point that was given to [`build_landscape`](super::build_landscape) as a minimum but is none. Either it is not finite,
@@ -36,10 +36,8 @@ pub struct Landscape {
     /// Minima found by descents from passes but not given, lowest first, without members. Merge heights are right without
     /// them; mapping again with them gives a finer map.
     pub unlisted_minima: Vec<Minimum>,
-    /// Trees of resampled chains (see [`support`](super::support())). Empty if no pair has two chains in one direction.
-    pub resampled: Vec<Tree>,
-    /// All chains and geodesics that were tried, from which [`Landscape::resampled`] follows.
-    pub attempts: Vec<Attempt>,
+    /// All searches and geodesics that were tried, from which the support of merges follows.
+    pub attempts: Attempts,
     /// Evaluations spent on connections.
     pub evaluations: usize,
 }

@@ -35,7 +35,7 @@ pub mod view;
 
 pub use adelm::{Chain, ChainSettings, chain};
 pub use audit::{Audit, AuditSettings, Verdict, audit};
-pub use barrier::{Connection, Connector, Crossing, Effort, Pair, Start};
+pub use barrier::{Connection, Connector, Crossing, Pair, Start};
 pub use build::{MapSettings, build_landscape, grow_landscape};
 pub use diagram::{
     Diagram, DiagramSettings, ForceLevel, Isotherm, Recommendation, Threshold, diagram, log_grid,
@@ -63,7 +63,7 @@ pub use search::{
 };
 pub use sequential::{Sequential, SequentialSettings, sequential};
 pub use similarity::TreeSimilarity;
-pub use support::{Attempt, support};
+pub use support::{Attempt, Attempts, Searched, chance_of_lower};
 pub use text::{dot, graphml, newick, tree_json};
 pub use tree::{Ancestors, Node, NodeId, Tree, spanning_forest};
 pub use tuning::{Tuning, TuningSettings, TuningTrial, tune};

@@ -28,10 +28,8 @@ pub enum Phase {
     Diagram,
     /// Assigning minima to groups one by one.
     Assign,
-    /// Running more chains between the pairs that decide the tree.
-    Replicate,
-    /// Relaxing more chains for connections of the tree that few chains have found.
-    Confirm,
+    /// Searching for lower ways across the merges of the tree.
+    Cross,
     /// Synthesizing grasps.
     Synthesize,
     /// Cutting an object into convex pieces, whose number is not known before.
@@ -58,8 +56,7 @@ impl Phase {
             Self::Retry => "improving merges",
             Self::Diagram => "measuring the diagram",
             Self::Assign => "assigning minima",
-            Self::Replicate => "repeating chains",
-            Self::Confirm => "confirming merges",
+            Self::Cross => "searching lower ways",
             Self::Search => "searching saddles",
             Self::Synthesize => "chains",
             Self::Cut => "cutting the object into convex pieces, the first time only",

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use petgraph::graph::NodeIndex;
 use petgraph::unionfind::UnionFind;
 
-use super::barrier::Connection;
+use super::barrier::{Connection, Start};
 use super::build::claim;
 use super::merges::minimax_path;
 use super::network::{Evidence, Minimum, MinimumId, Network};
 use super::pairs::{Distances, candidates};
 use super::path::Path;
-use super::support::Trial;
+use super::support::Attempt;
 use super::tree::spanning_forest;
 use crate::space::Space;
 
@@ -130,11 +130,11 @@ fn numbered(basins: &[usize]) -> (Vec<usize>, Vec<usize>) {
     (lowest, place)
 }
 
-/// Minima, connections and trials of a map.
+/// Minima, connections and attempts of a map.
 pub(super) struct Parts {
     pub(super) minima: Vec<Minimum>,
     pub(super) best: BTreeMap<(usize, usize), Connection>,
-    pub(super) trials: BTreeMap<(usize, usize), Trial>,
+    pub(super) attempts: Vec<Attempt>,
 }
 
 /// The map of whole basins. Of the connections between two basins the best one is kept; its path begins and ends in the
@@ -149,7 +149,7 @@ pub(super) fn merged(
     let Parts {
         minima,
         best,
-        trials,
+        attempts,
     } = parts;
     let mut whole: Vec<Minimum> = lowest.iter().map(|i| minima[*i].clone()).collect();
     for (i, minimum) in minima.iter().enumerate() {
@@ -183,8 +183,8 @@ pub(super) fn merged(
             (pair.1, pair.0)
         };
         let mut path = lead(lowest[ends.0], pair.0);
-        append(&mut path, &connection.path);
-        append(&mut path, &lead(pair.1, lowest[ends.1]));
+        path.append(&connection.path);
+        path.append(&lead(pair.1, lowest[ends.1]));
         path.unfold(space);
         connection.from = MinimumId(ends.0);
         connection.to = MinimumId(ends.1);
@@ -196,24 +196,24 @@ pub(super) fn merged(
         (*ends, connection)
     };
     let joined: BTreeMap<_, _> = chosen.iter().map(between).collect();
-    let mut told: BTreeMap<(usize, usize), Trial> = BTreeMap::new();
-    for (pair, trial) in trials {
-        let ends = (place[pair.0], place[pair.1]);
-        let turned = ends.0 > ends.1;
-        let key = (ends.0.min(ends.1), ends.0.max(ends.1));
-        told.entry(key).or_default().absorb(trial, turned, &place);
-    }
+    let between_basins = |mut attempt: Attempt| {
+        let (from, to) = (place[attempt.from.0], place[attempt.to.0]);
+        if from > to && let Start::Chain { backward, .. } = &mut attempt.start {
+            *backward = !*backward;
+        }
+        (attempt.from, attempt.to) = (MinimumId(from.min(to)), MinimumId(from.max(to)));
+        (from != to).then_some(attempt)
+    };
     Parts {
         minima: whole,
         best: joined,
-        trials: told,
+        attempts: attempts.into_iter().filter_map(between_basins).collect(),
     }
 }
 
 fn reversed(mut connection: Connection) -> Connection {
     connection.path = connection.path.reversed();
-    std::mem::swap(&mut connection.forward, &mut connection.backward);
-    if let Some(super::barrier::Start::Chain { backward, .. }) = &mut connection.start {
+    if let Some(Start::Chain { backward, .. }) = &mut connection.start {
         *backward = !*backward;
     }
     connection
@@ -235,18 +235,10 @@ fn ripple_path(
         let (a, b) = (step[0].0, step[1].0);
         if let Some(known) = best.get(&(a.min(b), a.max(b))) {
             let part = known.path.clone();
-            append(&mut path, &if a < b { part } else { part.reversed() });
+            path.append(&if a < b { part } else { part.reversed() });
         }
     }
     path
-}
-
-/// Appends a path that starts where this one ends.
-fn append(path: &mut Path, next: &Path) {
-    let skipped = usize::from(!path.images.is_empty());
-    path.images
-        .extend(next.images.iter().skip(skipped).cloned());
-    path.energies.extend(next.energies.iter().skip(skipped));
 }
 
 #[cfg(test)]

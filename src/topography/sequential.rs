@@ -19,6 +19,7 @@ use super::landscape::Landscape;
 use super::minima::MatchTolerance;
 use super::network::{Edge, Evidence, Minimum, MinimumId, Network};
 use super::path::Path;
+use super::support::Attempts;
 use super::tree::Tree;
 use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
@@ -402,8 +403,7 @@ impl SequentialBuilder<'_> {
                 connections,
                 rejected: Vec::new(),
                 unlisted_minima: Vec::new(),
-                attempts: Vec::new(),
-                resampled: Vec::new(),
+                attempts: Attempts::default(),
                 evaluations,
             },
         }
@@ -449,7 +449,6 @@ impl SequentialBuilder<'_> {
             forward: contact.forward,
             backward: contact.backward,
             start: contact.start,
-            straight: f64::INFINITY,
             crossings: Vec::new(),
             evaluations: contact.evaluations,
         }

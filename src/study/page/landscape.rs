@@ -19,7 +19,7 @@ use crate::store::{LandscapeFiles, MinimumRow};
 use crate::study::drawing::Titles;
 use crate::study::error::StudyError;
 use crate::study::names::GraspSetting;
-use crate::topography::{Evidence, Match, Network, Tree};
+use crate::topography::{Attempts, Evidence, Match, Network, Tree};
 
 /// Greatest number of touched places of a minimum, and if there are more than [`MANY`] minima.
 const TOUCHES: [usize; 2] = [24, 8];
@@ -32,8 +32,8 @@ pub struct PageLandscape<'a> {
     pub name: &'a str,
     /// Its tables.
     pub files: &'a LandscapeFiles,
-    /// Trees of resampled chains, for the support of merges; empty if unknown.
-    pub resampled: &'a [Tree],
+    /// The searches, for the support of merges; empty if unknown.
+    pub attempts: &'a Attempts,
     /// Whether grasps held in simulation, by id; empty if none was simulated.
     pub held: &'a BTreeMap<u64, bool>,
 }
@@ -71,9 +71,9 @@ impl PageLandscape<'_> {
             "member_count": pack.wholes(files.minima.iter().map(|row| row.members.len())),
             "group": tree::groups(&files.minima, pack),
             "groups": manifest.counts.groups,
-            "tree": tree::tree(&merges, self.resampled, pack),
+            "tree": tree::tree(&merges, self.attempts, pack),
             "graph": tree::graph(files, &network, &merges, pack)?,
-            "trust": trust::statements(files, &merges, self.resampled),
+            "trust": trust::statements(files, &merges, self.attempts),
             "rarefaction": manifest.findings.get("rarefaction"),
         });
         let (shown, minima) = if manifest.hand.is_some() && manifest.object.is_some() {

@@ -9,7 +9,7 @@ use crate::store::{LandscapeFiles, MinimumRow};
 use crate::study::error::StudyError;
 use crate::study::tables::group_of;
 use crate::topography::view::{View, grouped, restricted};
-use crate::topography::{Evidence, MinimumId, Network, Tree, support};
+use crate::topography::{Attempts, Evidence, MinimumId, Network, Searched, Tree};
 
 /// Names of the kinds of evidence, by their number in the arrays.
 pub(super) const EVIDENCE: [Evidence; 6] = [
@@ -38,19 +38,24 @@ fn optional(node: Option<usize>) -> usize {
 }
 
 /// The merge tree: leaves are the first nodes, node i is minimum i.
-pub(super) fn tree(tree: &Tree, resampled: &[Tree], pack: &mut Pack) -> Value {
+pub(super) fn tree(tree: &Tree, attempts: &Attempts, pack: &mut Pack) -> Value {
     let layout = place(tree);
     let nodes = || tree.nodes.iter();
     let energies: Vec<f64> = nodes().map(|node| node.energy).collect();
+    let searched = attempts.of_merges(tree);
+    let counts = |count: fn(&Searched) -> usize| searched.iter().map(move |found| found.as_ref().map_or(0, count));
     json!({
         "width": layout.width,
         "x": pack.floats(&layout.x),
         "energy": pack.doubles(&energies),
         "parent": pack.wholes(nodes().map(|node| optional(node.parent.map(|parent| parent.0)))),
         "evidence": pack.bytes(nodes().map(|node| number(node.evidence))),
-        "support": pack.known_floats(support(tree, resampled)),
+        "support": pack.known_floats(searched.iter().map(|found| found.map(|found| found.support()))),
+        "searches": pack.wholes(counts(|found| found.searches)),
+        "ended": pack.wholes(counts(|found| found.ended_here)),
+        "uncertainty": pack.known_floats(searched.iter().map(|found| found.map(|found| found.uncertainty))),
         "order": pack.wholes(layout.leaves.iter().copied()),
-        "resamplings": resampled.len(),
+        "tested": searched.iter().any(Option::is_some),
     })
 }
 

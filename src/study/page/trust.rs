@@ -6,11 +6,11 @@ use crate::printable::counted;
 use crate::store::{LandscapeFiles, Manifest};
 use crate::study::median;
 use crate::study::uncertainty::share_known;
-use crate::topography::{Evidence, Node, Tree, support};
+use crate::topography::{Attempts, Evidence, Node, Tree};
 
-/// A merge is well supported if at least this fraction of the resamplings makes it.
+/// A merge is well supported if the chance that a lower way exists is at most 1 − this.
 const WELL: f64 = 0.95;
-/// It is doubtful below this fraction.
+/// It is doubtful below this support.
 const DOUBTFUL: f64 = 0.7;
 
 /// A statement about trust.
@@ -32,11 +32,11 @@ pub(super) fn told(statements: Vec<Statement>) -> Value {
 }
 
 /// All statements about a landscape, the most important first.
-pub(super) fn statements(files: &LandscapeFiles, tree: &Tree, resampled: &[Tree]) -> Value {
+pub(super) fn statements(files: &LandscapeFiles, tree: &Tree, attempts: &Attempts) -> Value {
     let manifest = &files.manifest;
     let mut statements = Vec::new();
     statements.extend(passes(tree));
-    statements.extend(supported(tree, resampled));
+    statements.extend(supported(tree, attempts));
     statements.extend(unseen(manifest));
     statements.extend(searched(manifest));
     statements.extend(hovering(manifest, tree));
@@ -136,30 +136,32 @@ fn passes_of(count: usize) -> String {
     }
 }
 
-/// How often the merges come again when the chains are resampled.
-fn supported(tree: &Tree, resampled: &[Tree]) -> Option<Statement> {
-    let known: Vec<f64> = support(tree, resampled).into_iter().flatten().collect();
+/// How well searches support the merges.
+fn supported(tree: &Tree, attempts: &Attempts) -> Option<Statement> {
+    let found = attempts.of_merges(tree);
+    let merges = tree.nodes.iter().filter(|node| !node.children.is_empty()).count();
+    let known: Vec<f64> = (found.iter().flatten())
+        .map(|searched| searched.support())
+        .collect();
     if known.is_empty() {
         return None;
     }
     let well = known.iter().filter(|share| **share >= WELL).count();
-    let doubtful = known.iter().filter(|share| **share < DOUBTFUL).count();
+    let doubtful = known.iter().filter(|share| **share < DOUBTFUL).count() + merges - known.len();
     Some(Statement {
         tone: if doubtful == 0 { "good" } else { "care" },
-        short: format!("{well} of {} merges well supported", known.len()),
+        short: format!("{well} of {merges} heights well supported"),
         long: format!(
-            "The searches for passes use random chains. To see how much depends on their luck, the tree was made again {} \
-             times from random choices of these chains. {well} of the {} join the same minima in at least {:.0} % of these \
-             trees{}. The choices are among the chains that were run: 100 % does not say that there is no lower pass, which \
-             no chain found.",
-            resampled.len(),
-            counted(known.len(), "merge"),
-            100.0 * WELL,
+            "Each join was searched again by independent chains, which were free to find a lower way. The more often they end \
+             at the same height and find nothing lower, the less likely a lower way is. For {well} of the {} the chance that a \
+             lower way exists is at most {:.0} %{}.",
+            counted(merges, "join"),
+            100.0 * (1.0 - WELL),
             match doubtful {
                 0 => String::new(),
                 _ => format!(
-                    ", and {doubtful} in less than {:.0} % (hollow dots): do not build on {}",
-                    100.0 * DOUBTFUL,
+                    "; for {doubtful} it is more than {:.0} %, or nobody searched (hollow dots): {} may be lower",
+                    100.0 * (1.0 - DOUBTFUL),
                     if doubtful == 1 { "that one" } else { "those" }
                 ),
             }

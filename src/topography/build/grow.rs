@@ -10,7 +10,6 @@ use crate::topography::journal::{JournalError, Run};
 use crate::topography::landscape::Landscape;
 use crate::topography::minima::MatchTolerance;
 use crate::topography::network::{Minimum, MinimumId};
-use crate::topography::support::Attempt;
 
 use super::MapSettings;
 
@@ -96,15 +95,11 @@ impl Charted {
             let pair = (connection.from.0, connection.to.0);
             start.best.insert(pair, connection);
         }
-        for attempt in &earlier.attempts {
-            let Attempt { from, to, .. } = attempt;
+        for attempt in &earlier.attempts.list {
             let mut attempt = attempt.clone();
-            for (a, b, _) in &mut attempt.found {
-                renumbered(a);
-                renumbered(b);
-            }
-            let pair = (number[from.0], number[to.0]);
-            start.trials.entry(pair).or_default().add_attempt(&attempt);
+            renumbered(&mut attempt.from);
+            renumbered(&mut attempt.to);
+            start.attempts.push(attempt);
         }
         let stray = |minimum: &Minimum| Quench {
             x: minimum.coordinates.clone(),

@@ -4,8 +4,9 @@ use rayon::prelude::*;
 
 use super::{LandscapeBuilder, claim};
 use crate::optimize::{Quench, StopReason};
-use crate::topography::barrier::{Connection, rising_term};
+use crate::topography::barrier::{Connection, Start, rising_term};
 use crate::topography::network::{Edge, Evidence, MinimumId};
+use crate::topography::support::Attempt;
 
 impl LandscapeBuilder<'_> {
     /// Adds connections and the passes found on their paths, in order.
@@ -15,10 +16,8 @@ impl LandscapeBuilder<'_> {
             .with_max_len(1)
             .map(|connection| self.side_connections(connection))
             .collect();
-        for (connection, side_connections) in found.into_iter().zip(&side_connections) {
-            let pair = (connection.from.0, connection.to.0);
-            let trial = self.trials.entry(pair).or_default();
-            trial.add(&connection, side_connections);
+        for connection in found {
+            self.note(&connection);
             self.evaluations += connection.evaluations;
             self.collect_unlisted_minima(&connection);
             self.take(connection);
@@ -26,6 +25,22 @@ impl LandscapeBuilder<'_> {
         for connection in side_connections.into_iter().flatten() {
             self.take(connection);
         }
+    }
+
+    /// Adds the geodesic that led to a connection to the attempts.
+    fn note(&mut self, connection: &Connection) {
+        let start = connection.start;
+        let Some(start) = start.filter(|start| !matches!(start, Start::Chain { .. })) else {
+            return;
+        };
+        self.attempts.push(Attempt {
+            from: connection.from,
+            to: connection.to,
+            start,
+            law: None,
+            barrier: None,
+            height: Some(connection.edge.height).filter(|height| height.is_finite()),
+        });
     }
 
     /// The passes of a connection as connections of the known minima they join.
@@ -64,7 +79,6 @@ impl LandscapeBuilder<'_> {
                 forward: Vec::new(),
                 backward: Vec::new(),
                 start: None,
-                straight: f64::INFINITY,
                 invalid_reason,
                 crossings: vec![crossing.clone()],
                 evaluations: 0,
@@ -73,7 +87,7 @@ impl LandscapeBuilder<'_> {
         side_connections
     }
 
-    fn collect_unlisted_minima(&mut self, connection: &Connection) {
+    pub(super) fn collect_unlisted_minima(&mut self, connection: &Connection) {
         for path in connection.crossings.iter().map(|crossing| &crossing.path) {
             for end in [0, path.images.len() - 1] {
                 let (x, energy) = (&path.images[end], path.energies[end]);
@@ -90,7 +104,7 @@ impl LandscapeBuilder<'_> {
         }
     }
 
-    fn find(&self, x: &[f64], energy: f64) -> Option<usize> {
+    pub(super) fn find(&self, x: &[f64], energy: f64) -> Option<usize> {
         let tolerance = self.settings.sameness.energy;
         let first = self
             .minima
@@ -105,7 +119,7 @@ impl LandscapeBuilder<'_> {
     }
 
     /// Keeps the better of this connection and the known one, with the raw barriers of both.
-    fn take(&mut self, new: Connection) {
+    pub(super) fn take(&mut self, new: Connection) {
         let pair = (new.from.0, new.to.0);
         let Some(known) = self.best.get_mut(&pair) else {
             self.best.insert(pair, new);
@@ -114,15 +128,10 @@ impl LandscapeBuilder<'_> {
         let floor = self.minima[pair.0].energy.max(self.minima[pair.1].energy);
         let tie = self.settings.sameness.energy;
         let slack = self.settings.path.height_tolerance * (known.edge.height - floor) + tie;
-        let (mut better, mut other) = if claim(&new).beats(claim(known), tie, slack) {
-            (new, known.clone())
-        } else {
-            (known.clone(), new)
-        };
-        // Raw barriers record all chains, whichever path was kept.
-        better.forward.append(&mut other.forward);
-        better.backward.append(&mut other.backward);
-        better.evaluations += other.evaluations;
-        *known = better;
+        let evaluations = known.evaluations + new.evaluations;
+        if claim(&new).beats(claim(known), tie, slack) {
+            *known = new;
+        }
+        known.evaluations = evaluations;
     }
 }

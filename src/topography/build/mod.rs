@@ -1,11 +1,12 @@
 //! Builds a landscape: selects the pairs to connect and connects them.
 
-mod confirm;
 mod grow;
 mod known;
 mod rest;
 mod rippled;
+mod searches;
 mod settings;
+mod waypoints;
 
 use std::collections::BTreeMap;
 
@@ -13,7 +14,7 @@ use petgraph::graph::NodeIndex;
 use petgraph::unionfind::UnionFind;
 use rayon::prelude::*;
 
-use super::barrier::{Connection, Connector, Effort, Pair};
+use super::barrier::{Connection, Connector, Pair, Start};
 use super::groups::Groups;
 use super::journal::{JournalError, Run};
 use super::landscape::{Landscape, NoMinimum};
@@ -21,7 +22,7 @@ use super::minima::distinct;
 use super::network::{Claim, Evidence, Minimum, MinimumId, Network};
 use super::pairs::{BetweenMinima, Distances as _, bridges, candidates};
 use super::ripples::{basins, between};
-use super::support::{Trial, attempts, resample};
+use super::support::{Attempt, Attempts};
 use super::tree::{Tree, spanning_forest};
 use super::{Phase, Tally};
 use crate::energy::Energy;
@@ -29,13 +30,15 @@ use crate::optimize::Quench;
 use crate::sample::Kernel;
 pub use grow::grow_landscape;
 use rest::at_rest;
+use waypoints::Waypoints;
 pub(super) use rest::by_energy;
 pub use settings::MapSettings;
 
 /// Maps the surface between `minima`.
 ///
-/// Connects near pairs, joins separate components, and retries the connections that decide the tree if their evidence is a
-/// chain or worse, or if a single chain has found them. Every pass found on the way becomes a connection of the two minima that its descents reach. A pair is
+/// Connects near pairs by straight lines, joins separate components, searches for lower ways across every merge of the tree by
+/// independent attraction–diffusion chains, and relaxes the connections that decide the tree for longer if their evidence is
+/// a chain or worse. Every pass found on the way becomes a connection of the two minima that its descents reach. A pair is
 /// skipped if known passes already join it at the energy of its higher minimum. The result does not depend on the order of
 /// `minima` (they are sorted), the number of threads, or interruptions.
 ///
@@ -63,7 +66,7 @@ struct Charted {
     /// Whether each minimum was in an earlier map. Pairs of two such minima are not connected again.
     settled: Vec<bool>,
     best: BTreeMap<(usize, usize), Connection>,
-    trials: BTreeMap<(usize, usize), Trial>,
+    attempts: Vec<Attempt>,
     unlisted_minima: Vec<Quench>,
 }
 
@@ -73,7 +76,7 @@ impl Charted {
             settled: vec![false; minima.len()],
             minima,
             best: BTreeMap::new(),
-            trials: BTreeMap::new(),
+            attempts: Vec::new(),
             unlisted_minima: Vec::new(),
         }
     }
@@ -92,7 +95,10 @@ struct LandscapeBuilder<'a> {
     tried: BTreeMap<(usize, usize), usize>,
     /// Ends of descents that are not known minima.
     unlisted_minima: Vec<Quench>,
-    trials: BTreeMap<(usize, usize), Trial>,
+    attempts: Vec<Attempt>,
+    /// Number of the next search.
+    searches: usize,
+    waypoints: Waypoints,
     /// The tree of the passes known so far, on a surface with ripples.
     known: Option<Tree>,
     evaluations: usize,
@@ -115,10 +121,14 @@ impl<'a> LandscapeBuilder<'a> {
             distances: BetweenMinima::new(energy.space(), mapped),
             minima: start.minima,
             settled: start.settled,
-            tried: start.trials.keys().map(|pair| (*pair, 1)).collect(),
+            tried: (start.attempts.iter())
+                .map(|attempt| ((attempt.from.0, attempt.to.0), 1))
+                .collect(),
+            searches: next_search(&start.attempts),
+            waypoints: Waypoints::default(),
             best: start.best,
             unlisted_minima: start.unlisted_minima,
-            trials: start.trials,
+            attempts: start.attempts,
             known: None,
             evaluations: 0,
         }
@@ -128,9 +138,8 @@ impl<'a> LandscapeBuilder<'a> {
         self.join_over_ripples()?;
         self.connect_neighbours()?;
         self.join_components()?;
+        self.search()?;
         self.retry_upper_bounds()?;
-        self.replicate()?;
-        self.confirm()?;
         self.merge_over_ripples();
         self.join_at_the_ceiling();
         let (network, settings) = (self.network(), self.settings);
@@ -146,8 +155,10 @@ impl<'a> LandscapeBuilder<'a> {
         Ok(Landscape {
             rejected,
             unlisted_minima,
-            resampled: resample(&network, &self.trials, settings.resamplings, settings.seed),
-            attempts: attempts(&self.trials),
+            attempts: Attempts {
+                list: self.attempts,
+                tolerance: settings.sameness.energy,
+            },
             tree: Tree::from_network(&network, Evidence::Chain),
             groups: Groups::new(&network, &settings.groups),
             network,
@@ -190,7 +201,7 @@ impl LandscapeBuilder<'_> {
     /// Connects `pairs` in parallel and adds the outcomes in order.
     fn connect(&mut self, pairs: &[(usize, usize)], tally: &Tally<'_>) -> Result<(), JournalError> {
         let found = self.each(pairs, tally, "pair", &|connector, pair| {
-            connector.connect(self.energy, self.kernel, pair)
+            connector.connect(self.energy, pair)
         })?;
         for pair in pairs {
             *self.tried.entry(*pair).or_insert(0) += 1;
@@ -245,7 +256,7 @@ impl LandscapeBuilder<'_> {
         Ok(())
     }
 
-    /// Retries the connections that decide the tree if their evidence is a chain or worse.
+    /// Relaxes the connections that decide the tree for longer if their evidence is a chain or worse.
     fn retry_upper_bounds(&mut self) -> Result<(), JournalError> {
         let most = self.settings.retry_rounds;
         for round in 0..most {
@@ -254,7 +265,16 @@ impl LandscapeBuilder<'_> {
                 break;
             }
             let tally = (self.run).tally_of_round(Phase::Retry, (round, most), pairs.len());
-            self.connect(&pairs, &tally)?;
+            for pair in &pairs {
+                self.tried.entry(*pair).and_modify(|tries| *tries = (*tries).max(1)).or_insert(1);
+            }
+            let found = self.each(&pairs, &tally, "retry", &|connector, pair| {
+                connector.improve(self.energy, pair, &self.best[&(pair.ids.0.0, pair.ids.1.0)])
+            })?;
+            for pair in &pairs {
+                *self.tried.entry(*pair).or_insert(0) += 1;
+            }
+            self.take_all(found);
         }
         Ok(())
     }
@@ -276,30 +296,6 @@ impl LandscapeBuilder<'_> {
             .collect()
     }
 
-    /// Runs more chains between the pairs that decide the tree. A chain is relaxed only if it is lower than the known path.
-    fn replicate(&mut self) -> Result<(), JournalError> {
-        let mut pairs = self.decisive(&self.network());
-        pairs.retain(|pair| self.missing_replicas(*pair) > 0);
-        if pairs.is_empty() {
-            return Ok(());
-        }
-        let tally = self.run.tally(Phase::Replicate, pairs.len());
-        let found = self.each(&pairs, &tally, "replicas", &|connector, pair| {
-            let ends = (pair.ids.0.0, pair.ids.1.0);
-            let known = self.best[&ends].edge.height;
-            let replicas = self.missing_replicas(ends);
-            connector.replicate(self.energy, self.kernel, pair, replicas, known)
-        })?;
-        self.take_all(found);
-        Ok(())
-    }
-
-    /// Number of chains still to run in each direction of a decisive pair.
-    fn missing_replicas(&self, pair: (usize, usize)) -> usize {
-        let known = self.trials.get(&pair).map_or(0, Trial::replicas);
-        self.settings.decisive_replicas.saturating_sub(known)
-    }
-
     /// Runs `work` for each of `pairs` in parallel, and returns the results in their order. The journal stores them under
     /// `kind`.
     fn each(
@@ -309,12 +305,7 @@ impl LandscapeBuilder<'_> {
         kind: &str,
         work: &(dyn Fn(&Connector<'_>, Pair<'_>) -> Connection + Sync),
     ) -> Result<Vec<Connection>, JournalError> {
-        let connector = Connector {
-            chain: &self.settings.chain,
-            path: &self.settings.path,
-            quench: &self.settings.quench,
-            sameness: &self.settings.sameness,
-        };
+        let connector = self.connector();
         let attempt = |pair: &(usize, usize)| self.tried.get(pair).copied().unwrap_or(0);
         // Far pairs take longest. They are begun first, so that nobody waits for the last of them; only where a worker is
         // missing, others take its share from the end.
@@ -336,10 +327,7 @@ impl LandscapeBuilder<'_> {
                 let pair = Pair {
                     ids: (MinimumId(i), MinimumId(j)),
                     minima: (&self.minima[i], &self.minima[j]),
-                    effort: Effort {
-                        attempt: attempt(&(i, j)),
-                        seed: self.settings.seed,
-                    },
+                    attempt: attempt(&(i, j)),
                     known: self.known_height((i, j)),
                 };
                 work(&connector, pair)
@@ -349,6 +337,14 @@ impl LandscapeBuilder<'_> {
         let mut found: Vec<(usize, Connection)> = places.zip(found).collect();
         found.sort_unstable_by_key(|(place, _)| *place);
         Ok(found.into_iter().map(|(_, outcome)| outcome).collect())
+    }
+
+    fn connector(&self) -> Connector<'_> {
+        Connector {
+            path: &self.settings.path,
+            quench: &self.settings.quench,
+            sameness: &self.settings.sameness,
+        }
     }
 
     fn known_height(&self, (i, j): (usize, usize)) -> f64 {
@@ -389,6 +385,15 @@ impl LandscapeBuilder<'_> {
             .minimax(MinimumId(i), MinimumId(j))
             .is_some_and(|height| height <= bottom + self.settings.sameness.energy)
     }
+}
+
+/// The number after the last search of `attempts`.
+fn next_search(attempts: &[Attempt]) -> usize {
+    let numbers = attempts.iter().map(|attempt| match attempt.start {
+        Start::Chain { replica, .. } => replica + 1,
+        Start::Straight | Start::Round => 0,
+    });
+    numbers.max().unwrap_or(0)
 }
 
 /// Batches of at least `least` pairs, and of a sixteenth of those before: what is known grows ever more slowly, and many

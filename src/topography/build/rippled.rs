@@ -48,10 +48,10 @@ impl LandscapeBuilder<'_> {
         let parts = Parts {
             minima: std::mem::take(&mut self.minima),
             best: std::mem::take(&mut self.best),
-            trials: std::mem::take(&mut self.trials),
+            attempts: std::mem::take(&mut self.attempts),
         };
         let whole = merged(self.energy.space(), &network, parts, &basins);
-        (self.minima, self.best, self.trials) = (whole.minima, whole.best, whole.trials);
+        (self.minima, self.best, self.attempts) = (whole.minima, whole.best, whole.attempts);
     }
 
     /// Gives connections above the ceiling its height, and joins components that no path joins.

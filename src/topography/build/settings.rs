@@ -26,12 +26,11 @@ pub struct MapSettings {
     pub pruned: bool,
     /// Rounds that join separate components, each by its shortest untried link.
     pub join_rounds: usize,
-    /// Rounds that retry the connections that decide the tree if their evidence is a chain or worse.
+    /// Rounds that relax the connections that decide the tree for longer, if their evidence is a chain or worse.
     pub retry_rounds: usize,
-    /// Least number of chains in each direction for the connections that decide the tree. Support is based on them.
-    pub decisive_replicas: usize,
-    /// Rounds of more chains for the connections of the tree that fewer than four chains, and no straight line, have found.
-    pub confirm_rounds: usize,
+    /// Greatest number of independent searches across each merge of the tree, half of them in each direction; 0 for none. A
+    /// merge is searched no more once a lower way across it is unlikely ([`chance_of_lower`](crate::topography::chance_of_lower)).
+    pub searches: usize,
     /// Settings of the chains.
     pub chain: ChainSettings,
     /// Settings of the paths.
@@ -46,8 +45,6 @@ pub struct MapSettings {
     /// height, and minima that no path joins are joined at it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ceiling: Option<f64>,
-    /// Number of bootstrap resamplings for the support of merges.
-    pub resamplings: usize,
     /// Seed of all chains.
     pub seed: u64,
 }
@@ -67,15 +64,13 @@ impl MapSettings {
             pruned: true,
             join_rounds: 3,
             retry_rounds: 2,
-            decisive_replicas: 4,
-            confirm_rounds: 0,
+            searches: 16,
             chain: ChainSettings::for_scales(energy, length),
             path: PathSettings::for_scales(energy, length),
             quench: QuenchSettings::for_scales(energy, length),
             sameness: MatchTolerance::for_scales(energy, length),
             groups: GroupSettings::default(),
             ceiling: None,
-            resamplings: 200,
             seed: 0,
         }
     }

@@ -66,6 +66,13 @@ impl Path {
         self
     }
 
+    /// Appends a path that starts where this one ends.
+    pub(in crate::topography) fn append(&mut self, next: &Self) {
+        let skipped = usize::from(!self.images.is_empty());
+        self.images.extend(next.images.iter().skip(skipped).cloned());
+        self.energies.extend(next.energies.iter().skip(skipped));
+    }
+
     /// At most `count` of the points, including the first and the last.
     pub(super) fn thinned(self, count: usize) -> Self {
         let last = self.images.len().saturating_sub(1);
@@ -79,7 +86,7 @@ impl Path {
         }
     }
 
-    pub(super) fn through(energy: &dyn Energy, images: Vec<Vec<f64>>) -> Self {
+    pub(in crate::topography) fn through(energy: &dyn Energy, images: Vec<Vec<f64>>) -> Self {
         let mut gradient = vec![0.0; energy.space().tangents()];
         let energies = images
             .iter()
@@ -89,7 +96,7 @@ impl Path {
     }
 
     /// Replaces every point by its copy nearest to the previous point, so that the coordinates are continuous.
-    pub(super) fn unfold(&mut self, space: &dyn Space) {
+    pub(in crate::topography) fn unfold(&mut self, space: &dyn Space) {
         let mut tangent = vec![0.0; space.tangents()];
         for i in 1..self.images.len() {
             let (before, here) = self.images.split_at_mut(i);

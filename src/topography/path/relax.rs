@@ -33,8 +33,6 @@ pub(in crate::topography) struct Outcome {
     pub(in crate::topography) passes: Vec<Pass>,
     /// Index of the start that gave the path.
     pub(in crate::topography) start: usize,
-    /// Rough height of the first start, unless it leaves the domain or the energy declares its top invalid.
-    pub(in crate::topography) first: Option<f64>,
 }
 
 impl Outcome {
@@ -89,10 +87,6 @@ pub(in crate::topography) fn relax(
         })
         .collect();
     rough.sort_by(|a, b| (a.1.cmp(&b.1)).then(a.2.path.height().total_cmp(&b.2.path.height())));
-    let first = rough
-        .iter()
-        .find(|(start, invalid, _)| *start == 0 && !invalid)
-        .map(|(_, _, images)| images.path.height());
     let mut best: Option<Outcome> = None;
     let mut passes = Vec::new();
     for (start, invalid, images) in rough {
@@ -131,7 +125,6 @@ pub(in crate::topography) fn relax(
     }
     let mut best = best?;
     best.passes = passes;
-    best.first = first;
     Some(best)
 }
 
@@ -399,7 +392,6 @@ impl<'a> Relaxation<'a> {
             invalid_reason,
             passes,
             start: 0,
-            first: None,
         }
     }
 }

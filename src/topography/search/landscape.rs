@@ -10,6 +10,7 @@ use crate::topography::barrier::{Connection, Crossing, rising_term};
 use crate::topography::groups::{GroupSettings, Groups};
 use crate::topography::landscape::Landscape;
 use crate::topography::network::{Edge, Evidence, MinimumId, Network};
+use crate::topography::support::Attempts;
 use crate::topography::tree::Tree;
 
 impl Exploration {
@@ -52,7 +53,6 @@ impl Exploration {
                 forward: Vec::new(),
                 backward: Vec::new(),
                 start: None,
-                straight: f64::INFINITY,
                 invalid_reason: energy.invalid_reason(&lowest.coordinates),
                 crossings: saddles.into_iter().map(Crossing::from).collect(),
                 evaluations: 0,
@@ -65,8 +65,7 @@ impl Exploration {
             connections,
             rejected: Vec::new(),
             unlisted_minima: Vec::new(),
-            attempts: Vec::new(),
-            resampled: Vec::new(),
+            attempts: Attempts::default(),
             evaluations: self.evaluations,
         }
     }

@@ -1,0 +1,387 @@
+//! Independent searches for lower ways across the merges of the tree, by attraction–diffusion.
+//!
+//! A search draws two minima on both sides of a merge, a temperature and a direction, and runs a chain from one to the other
+//! whose force grows until it arrives. Raw chains lie far above the passes that they cross, but they go from basin to basin in
+//! a good order. Descents from their points find these basins, straight strings between neighbouring basins find the passes,
+//! and the search has the height of the highest of them.
+
+use petgraph::graph::NodeIndex;
+use rand::RngExt;
+use serde::{Deserialize, Serialize};
+
+use super::LandscapeBuilder;
+use super::waypoints::ordered;
+use crate::optimize::quench;
+use crate::sample::{Rng, Task, stream};
+use crate::topography::Phase;
+use crate::topography::adelm::{ChainSettings, chain};
+use crate::topography::barrier::{Connection, Pair, Start};
+use crate::topography::journal::{JournalError, bits};
+use crate::topography::network::{Edge, Evidence, Minimum, MinimumId, Network};
+use crate::topography::pairs::Distances as _;
+use crate::topography::path::Path;
+use crate::topography::support::{Attempt, Attempts, Searched, chance_of_lower};
+use crate::topography::tree::{NodeId, Tree};
+
+/// A merge is searched until the chance that a lower way exists is at most this.
+const SETTLED: f64 = 0.05;
+
+/// Temperatures of the searches, as multiples of the usual one: a cold chain keeps to a valley, and a hot one leaves it.
+const TEMPERATURES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
+
+/// Each point at which a search descends is passed over with this probability in favour of the next nearest one on the other
+/// side of the merge.
+const FARTHER: f64 = 2.0 / 3.0;
+
+/// How often the way of a chain is halved at most: descents from up to 2ⁿ − 1 of its points find its basins.
+const HALVINGS: u32 = 4;
+
+/// First random stream of the chains of searches; diagrams and sequential maps have kinds of their own.
+const CHAINS: u64 = 1 << 60;
+
+/// A search to be made.
+struct Draw {
+    pair: (usize, usize),
+    number: usize,
+    backward: bool,
+    temperature: f64,
+    /// The merge that it crosses.
+    height: f64,
+}
+
+/// The basins that a chain visits, in order.
+#[derive(Serialize, Deserialize)]
+struct Way {
+    /// Highest energy of the chain, infinite if none arrived, and the last force.
+    #[serde(with = "bits::list")]
+    barrier_and_force: Vec<f64>,
+    /// Bottoms of the basins, from the lower minimum; empty if no chain arrived.
+    basins: Path,
+    evaluations: usize,
+}
+
+impl Way {
+    fn visit(&mut self, basin: &Minimum) {
+        self.basins.images.push(basin.coordinates.clone());
+        self.basins.energies.push(basin.energy);
+    }
+}
+
+impl LandscapeBuilder<'_> {
+    /// Searches for lower ways across every merge until their chance is small or the budget is spent.
+    pub(super) fn search(&mut self) -> Result<(), JournalError> {
+        let most = self.settings.searches / 2;
+        if most == 0 {
+            return Ok(());
+        }
+        for connection in self.best.values().cloned().collect::<Vec<_>>() {
+            self.keep_passes(&connection);
+        }
+        self.join_over_waypoints();
+        for round in 0..most {
+            let draws = self.draws();
+            if draws.is_empty() {
+                break;
+            }
+            let tally = (self.run).tally_of_round(Phase::Cross, (round, most), draws.len());
+            let ways: Vec<Way> = self.run.each(
+                &tally,
+                &draws,
+                |draw| format!("search/{}", draw.number),
+                |draw| self.way(draw),
+            )?;
+            self.connect_basins(&draws, &ways, (round, most))?;
+            self.join_over_waypoints();
+        }
+        Ok(())
+    }
+
+    /// Two searches, one in each direction, for each merge that is not settled.
+    fn draws(&self) -> Vec<Draw> {
+        let basins = self.basins();
+        let tree = Tree::from_network(&self.whole_basins(&basins), Evidence::Chain);
+        let searched = self.searched(&tree, &basins);
+        let leaves: Vec<Vec<usize>> = tree.fold(|node, branches: &[Vec<usize>]| {
+            if branches.is_empty() {
+                vec![node.0]
+            } else {
+                branches.concat()
+            }
+        });
+        let mut draws = Vec::new();
+        let mut number = self.searches;
+        for (merge, node) in tree.nodes.iter().enumerate() {
+            let (searches, chance) = searched[merge].map_or((0, chance_of_lower(0)), |found| {
+                (found.searches, found.lower)
+            });
+            let known = leaves[merge].iter().all(|leaf| self.settled[*leaf]);
+            if node.children.is_empty()
+                || chance <= SETTLED
+                || searches + 2 > self.settings.searches
+                || known && searches > 0
+            {
+                continue;
+            }
+            for backward in [false, true] {
+                let mut rng = stream(self.settings.seed, Task::Search, number as u64);
+                let pair = self.across(&tree, NodeId(merge), &leaves, &mut rng);
+                let warmer = TEMPERATURES[rng.random_range(0..TEMPERATURES.len())];
+                draws.push(Draw {
+                    pair: ordered(pair),
+                    number,
+                    backward,
+                    temperature: warmer * self.settings.chain.temperature,
+                    height: node.energy,
+                });
+                number += 1;
+            }
+        }
+        draws
+    }
+
+    /// What the searches so far say of each merge of a tree of whole basins.
+    fn searched(&self, tree: &Tree, basins: &[usize]) -> Vec<Option<Searched>> {
+        let of_basins = |attempt: &Attempt| Attempt {
+            from: MinimumId(basins[attempt.from.0]),
+            to: MinimumId(basins[attempt.to.0]),
+            ..attempt.clone()
+        };
+        let searches = self.attempts.iter().filter(|attempt| attempt.law.is_some());
+        let attempts = Attempts {
+            list: searches.map(of_basins).collect(),
+            tolerance: self.settings.sameness.energy,
+        };
+        attempts.of_merges(tree)
+    }
+
+    /// The network of whole basins; a minimum that is not the lowest of its basin has no edge. Components are joined at the
+    /// ceiling, if there is one.
+    fn whole_basins(&self, basins: &[usize]) -> Network {
+        let mut network = Network::default();
+        for minimum in &self.minima {
+            network.add_node(Minimum {
+                coordinates: Vec::new(),
+                choice: Vec::new(),
+                members: Vec::new(),
+                ..*minimum
+            });
+        }
+        let ceiling = self.settings.ceiling.unwrap_or(f64::INFINITY);
+        for ((i, j), connection) in &self.best {
+            let (a, b) = (basins[*i], basins[*j]);
+            if a != b && connection.edge.height.is_finite() {
+                let edge = Edge {
+                    term: None,
+                    height: connection.edge.height.min(ceiling),
+                    ..connection.edge
+                };
+                network.add_edge(NodeIndex::new(a), NodeIndex::new(b), edge);
+            }
+        }
+        if ceiling.is_finite() {
+            for (a, basin) in basins.iter().enumerate().skip(1) {
+                if a == *basin {
+                    let edge = Edge {
+                        height: ceiling,
+                        evidence: Evidence::Path,
+                        term: None,
+                        length: 0.0,
+                    };
+                    network.add_edge(NodeIndex::new(0), NodeIndex::new(a), edge);
+                }
+            }
+        }
+        network
+    }
+
+    /// A minimum of one branch of a merge, but not the largest, and one of the others, most likely near it.
+    fn across(
+        &self,
+        tree: &Tree,
+        merge: NodeId,
+        leaves: &[Vec<usize>],
+        rng: &mut Rng,
+    ) -> (usize, usize) {
+        let mut branches: Vec<usize> = (tree.nodes[merge.0].children.iter())
+            .map(|child| child.0)
+            .collect();
+        branches.sort_by_key(|branch| leaves[*branch].len());
+        let small = branches[rng.random_range(0..branches.len() - 1)];
+        let from = leaves[small][rng.random_range(0..leaves[small].len())];
+        let others = branches.iter().filter(|branch| **branch != small);
+        let mut others: Vec<(f64, usize)> = others
+            .flat_map(|branch| &leaves[*branch])
+            .map(|to| (self.distances.between(from, *to), *to))
+            .collect();
+        others.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut rank = 0;
+        while rng.random_bool(FARTHER) {
+            rank += 1;
+        }
+        (from, others[rank % others.len()].1)
+    }
+
+    /// Runs the chain of a search, and descends from its points.
+    fn way(&self, draw: &Draw) -> Way {
+        let (lower, higher) = (&self.minima[draw.pair.0], &self.minima[draw.pair.1]);
+        let ends = if draw.backward {
+            (higher, lower)
+        } else {
+            (lower, higher)
+        };
+        let settings = ChainSettings {
+            temperature: draw.temperature,
+            ..self.settings.chain.clone()
+        };
+        let (quenching, sameness) = (&self.settings.quench, &self.settings.sameness);
+        let mut force = settings.force;
+        let mut way = Way {
+            barrier_and_force: vec![f64::INFINITY, force],
+            basins: Path::default(),
+            evaluations: 0,
+        };
+        for attempt in 0..settings.attempts {
+            let id = CHAINS | (draw.number as u64) << 4 | attempt as u64;
+            let found = chain(
+                self.energy,
+                self.kernel,
+                ends,
+                force,
+                &settings,
+                (quenching, sameness),
+                f64::INFINITY,
+                &mut stream(self.settings.seed, Task::AttractionDiffusion, id),
+            );
+            way.evaluations += found.evaluations;
+            way.barrier_and_force[1] = force;
+            if found.arrived {
+                way.barrier_and_force[0] = found.barrier;
+                let path = if draw.backward {
+                    found.path.reversed()
+                } else {
+                    found.path
+                };
+                way.visit(lower);
+                self.descend_between(&path.images, (lower, higher), HALVINGS, &mut way);
+                way.visit(higher);
+                break;
+            }
+            force *= settings.escalation;
+        }
+        way
+    }
+
+    /// Appends the basins of the points between two points of a chain, whose own basins are `ends`.
+    fn descend_between(
+        &self,
+        points: &[Vec<f64>],
+        ends: (&Minimum, &Minimum),
+        halvings: u32,
+        way: &mut Way,
+    ) {
+        let (space, sameness) = (self.energy.space(), &self.settings.sameness);
+        let same = |a: &Minimum, b: &Minimum| sameness.holds(space, &a.coordinates, a.energy, b);
+        if points.len() < 3 || halvings == 0 || same(ends.0, ends.1) {
+            return;
+        }
+        let middle = points.len() / 2;
+        let end = quench(self.energy, &points[middle], &self.settings.quench);
+        way.evaluations += end.evaluations;
+        let here = Minimum {
+            coordinates: end.x,
+            energy: end.energy,
+            choice: Vec::new(),
+            members: Vec::new(),
+        };
+        self.descend_between(&points[..=middle], (ends.0, &here), halvings - 1, way);
+        if !same(&here, ends.0) && !same(&here, ends.1) {
+            way.visit(&here);
+        }
+        self.descend_between(&points[middle..], (&here, ends.1), halvings - 1, way);
+    }
+
+    /// Connects the neighbouring basins of all ways of a round, and adds the searches to the attempts.
+    fn connect_basins(
+        &mut self,
+        draws: &[Draw],
+        ways: &[Way],
+        round: (usize, usize),
+    ) -> Result<(), JournalError> {
+        let known = Tree::from_network(&self.whole_network(), Evidence::Chain);
+        let count = self.minima.len() + self.waypoints.minima.len();
+        let joined = |(a, b): (usize, usize)| {
+            let both = b < count;
+            both.then(|| known.minimax(MinimumId(a), MinimumId(b)))
+                .flatten()
+        };
+        let tolerance = self.settings.sameness.energy;
+        let mut routes = Vec::with_capacity(ways.len());
+        // The new pairs, and the height above which each does not matter.
+        let mut open: Vec<((usize, usize), f64)> = Vec::new();
+        for (draw, way) in draws.iter().zip(ways) {
+            self.evaluations += way.evaluations;
+            let mut route: Vec<usize> = Vec::new();
+            for (x, energy) in way.basins.images.iter().zip(&way.basins.energies) {
+                let basin = self.basin_at(x, *energy);
+                // Loops are cut off.
+                if let Some(before) = route.iter().position(|known| *known == basin) {
+                    route.truncate(before);
+                }
+                route.push(basin);
+            }
+            for step in route.windows(2) {
+                let pair = ordered((step[0], step[1]));
+                let below = joined(pair).is_some_and(|height| height < draw.height - tolerance);
+                if !below && !self.has_leg(pair) {
+                    open.push((pair, draw.height + tolerance));
+                }
+            }
+            routes.push(route);
+        }
+        open.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+        open.dedup_by_key(|(pair, _)| *pair);
+        let tally = self.run.tally_of_round(Phase::Cross, round, open.len());
+        let legs: Vec<Connection> = self.run.each(
+            &tally,
+            &open,
+            |((a, b), _)| format!("leg/{a}-{b}"),
+            |(pair, height)| {
+                let pair = Pair {
+                    ids: (MinimumId(pair.0), MinimumId(pair.1)),
+                    minima: (self.basin(pair.0), self.basin(pair.1)),
+                    attempt: 0,
+                    known: *height,
+                };
+                self.connector().connect(self.energy, pair)
+            },
+        )?;
+        for leg in legs {
+            self.evaluations += leg.evaluations;
+            self.collect_unlisted_minima(&leg);
+            self.keep_leg(leg);
+        }
+        for ((draw, way), route) in draws.iter().zip(ways).zip(&routes) {
+            let steps = route.windows(2).map(|step| {
+                let pair = ordered((step[0], step[1]));
+                let direct = self.leg(pair).map_or(f64::INFINITY, |leg| leg.edge.height);
+                let below = joined(pair).filter(|height| *height < draw.height - tolerance);
+                direct.min(below.unwrap_or(f64::INFINITY))
+            });
+            let height = steps.fold(f64::NEG_INFINITY, f64::max);
+            let (barrier, force) = (way.barrier_and_force[0], way.barrier_and_force[1]);
+            self.attempts.push(Attempt {
+                from: MinimumId(draw.pair.0),
+                to: MinimumId(draw.pair.1),
+                start: Start::Chain {
+                    backward: draw.backward,
+                    replica: draw.number,
+                },
+                law: Some([draw.temperature, force]),
+                barrier: Some(barrier).filter(|barrier| barrier.is_finite()),
+                height: Some(height).filter(|height| height.is_finite()),
+            });
+            self.searches = self.searches.max(draw.number + 1);
+        }
+        Ok(())
+    }
+}
