@@ -208,7 +208,7 @@ class Model {
       stable: side => side.stable?.some(held => held < 2),
       epsilon: side => side.epsilon?.some(value => !Number.isNaN(value)),
       members: side => side.member_count,
-      support: side => side.tree?.resamplings,
+      support: side => side.tree?.tested,
       joins: side => side.tree,
       barrier: side => side.tree,
       evidence: side => side.tree,

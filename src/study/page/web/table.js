@@ -49,7 +49,7 @@ class TablePanel {
         text: item => ["fell", "held"][model.number("stable", item)] ?? "–",
       },
       side.tree && number("joins", "joins at", "4.4em"),
-      side.tree?.resamplings && {
+      side.tree?.tested && {
         ...number("support", "support", "4.2em"),
         text: item => percent(model.number("support", item)),
       },

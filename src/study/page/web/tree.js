@@ -149,10 +149,10 @@ class TreePanel {
     }
   }
 
-  // A dot on a merge: filled if most resampled trees have it, else hollow.
+  // A dot on a merge: filled if a lower way is unlikely, hollow if it is likely or nobody searched.
   support(pen, node, at) {
+    if (!this.side.tree.tested) return;
     const share = this.side.tree.support[node];
-    if (!this.side.tree.resamplings || Number.isNaN(share)) return;
     const fill = share >= 0.95 ? look.ink : share >= 0.7 ? look.pale : look.paper;
     pen.circle(at, Math.min(3.6, Math.max(1.6, 0.2 * this.unit)), { fill, stroke: look.line });
   }
@@ -236,11 +236,10 @@ class TreePanel {
   // What is said of a merge.
   told(node) {
     const { tree } = this.side;
-    const share = tree.support[node];
     return [
       `merge at ${shown(tree.energy[node])}`,
       EVIDENCE_WORDS[model.header.evidence[tree.evidence[node]]],
-      Number.isNaN(share) ? null : `found in ${percent(share)} of ${tree.resamplings} trees from random choices of the chains run`,
+      tree.tested ? searchesAcross(tree, node) : null,
     ].filter(line => line);
   }
 
@@ -410,6 +409,15 @@ function routeInTree({ parent }, [a, b]) {
   const top = from.find(node => to.includes(node)) ?? null;
   return top === null ? nothing : { nodes: [...from.slice(0, from.indexOf(top)), ...to.slice(0, to.indexOf(top))], top };
 }
+
+// What independent searches say of a merge, without a full stop.
+function searchesAcross(tree, node) {
+  const searches = tree.searches[node];
+  if (!searches) return "untested: no search looked for a lower way";
+  const chance = percent(1 - tree.support[node]);
+  return `${tree.ended[node]} of ${plural(searches, "independent search", "independent searches")} ended at this height; the chance that a lower way exists is ${chance}`;
+}
+
 
 function percent(share) {
   return Number.isNaN(share) ? "–" : Math.round(100 * share) + " %";

@@ -148,9 +148,6 @@ class WayPanel {
     const way = points[pass].way;
     const [a, b] = [minima[0], minima.at(-1)];
     const merge = routeInTree(side.tree, [model.at(a)[1], model.at(b)[1]]).top;
-    // All minima hang below the only root of any tree, so its support tells nothing.
-    const whole = side.tree.parent[merge] === NONE && side.tree.parent.filter(above => above === NONE).length === 1;
-    const share = merge === null || whole ? NaN : side.tree.support[merge];
     const bound = EVIDENCE_WORDS[model.header.evidence[evidence[way]]];
     const dominating = plain(term.texts[term.of[way]]).replaceAll("_", " ");
     const kinds = [...new Set(ways.map(number => plain(kind.texts[kind.of[number]])).filter(word => word))];
@@ -159,10 +156,7 @@ class WayPanel {
       `${shown(height[way] - Math.max(model.energy(a), model.energy(b)), 3)} above the higher end.`,
       `${bound[0].toUpperCase()}${bound.slice(1)}.`,
       dominating ? `Mostly ${dominating} makes it high.` : "",
-      Number.isNaN(share)
-        ? ""
-        : `The same minima hang below this join in ${percent(share)} of ${side.tree.resamplings} trees made from random choices of ` +
-          "the chains that were run, which says nothing about passes that no chain found.",
+      merge === null ? "" : `${searchesAcross(side.tree, merge)}.`,
       kinds.length ? `On the way the hand ${kinds.map(name => DOES[name] ?? name).join(", ")}.` : "",
     ]
       .filter(part => part)
