@@ -3,7 +3,7 @@
 use super::coverage::{Counts, Coverage, Doubt};
 use super::flat::{Bottom, same_bottom, same_saddle};
 use super::outcome::{Outcome, SearchEnd};
-use super::{Exploration, SearchSettings};
+use super::{Exploration, Limits, SearchSettings};
 use crate::energy::Energy;
 use crate::optimize::Quench;
 use crate::space::Space;
@@ -137,6 +137,8 @@ pub(super) struct Census {
     pub(super) searches: usize,
     pub(super) last_new: usize,
     unfinished: usize,
+    /// Descents that had no evaluations left where the gradient does not vanish.
+    exhausted: usize,
     evaluations: usize,
 }
 
@@ -176,8 +178,14 @@ impl Census {
             searches: 0,
             last_new: 0,
             unfinished: 0,
+            exhausted: 0,
             evaluations: 0,
         }
+    }
+
+    /// Forgets the descents that had too few evaluations, since later ones have more.
+    pub(super) fn forget_exhausted(&mut self) {
+        self.exhausted = 0;
     }
 
     pub(super) fn found(&self) -> usize {
@@ -253,7 +261,8 @@ impl Census {
         None
     }
 
-    pub(super) fn take(&mut self, energy: &dyn Energy, outcome: Outcome) {
+    /// Takes over what a search found and returns how it ended.
+    pub(super) fn take(&mut self, energy: &dyn Energy, outcome: Outcome) -> SearchEnd {
         self.searches += 1;
         self.evaluations += outcome.evaluations;
         let mut unfinished = outcome.unfinished;
@@ -267,7 +276,11 @@ impl Census {
                 unfinished = false;
             }
         }
-        self.unfinished += usize::from(unfinished);
+        if outcome.exhausted {
+            self.exhausted += 1;
+        } else {
+            self.unfinished += usize::from(unfinished);
+        }
         let mut fate = outcome.fate;
         if let Some(known) = outcome.known {
             self.hit(known, 1);
@@ -282,6 +295,7 @@ impl Census {
             }
         }
         *self.search_ends.entry(fate).or_insert(0) += 1;
+        fate
     }
 
     /// The minima in the form that the path search needs.
@@ -426,7 +440,7 @@ impl Census {
     }
 
     /// The reason, if any, why completeness cannot be claimed.
-    fn doubt(&self, stopped: bool) -> Option<Doubt> {
+    fn doubt(&self, stopped: bool, limits: &Limits) -> Option<Doubt> {
         let audits = (self.minima.iter().map(|known| &known.audit))
             .chain(self.saddles.iter().map(|found| &found.audit));
         let components = self.components();
@@ -437,13 +451,15 @@ impl Census {
             Some(Doubt::Degenerate)
         } else if self.refused.iter().any(Refused::is_kink) {
             Some(Doubt::Kinks)
-        } else if self.unfinished > 0 {
+        } else if self.unfinished + self.exhausted > 0 {
             Some(Doubt::Unfinished)
         } else if components
             .iter()
             .any(|component| *component != components[0])
         {
             Some(Doubt::Apart)
+        } else if limits.leave_few() && !self.saddles.is_empty() {
+            Some(Doubt::Few)
         } else if stopped {
             Some(Doubt::Stopped)
         } else {
@@ -458,6 +474,7 @@ impl Census {
         energy: &dyn Energy,
         spent: usize,
         planned: Option<usize>,
+        limits: Limits,
     ) -> Exploration {
         let stopped = planned.is_some();
         let saddles = self.saddles.iter().enumerate();
@@ -468,10 +485,10 @@ impl Census {
             searches: self.searches,
             last_new: self.last_new,
             planned: planned.unwrap_or(0),
-            unfinished: self.unfinished,
+            unfinished: self.unfinished + self.exhausted,
             hits: &hits,
             draws: &draws,
-            doubt: self.doubt(stopped),
+            doubt: self.doubt(stopped, &limits),
         });
         let order: Vec<usize> = self.by_energy[0]
             .0
@@ -522,6 +539,7 @@ impl Census {
             saddles,
             refused: self.refused,
             search_ends: self.search_ends,
+            limits: Some(limits),
             coverage,
             evaluations: self.evaluations + spent,
             stopped,

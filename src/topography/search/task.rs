@@ -48,6 +48,8 @@ impl Searcher<'_> {
         outcome.known = outcome.known.filter(|known| !returned(known));
         let drawn = place.drawn.as_ref();
         outcome.unfinished = drawn.is_some_and(|end| self.settings.is_unfinished(end));
+        outcome.exhausted =
+            outcome.unfinished && drawn.is_some_and(|end| end.stop == StopReason::Budget);
         outcome.drawn = (place.drawn)
             .filter(|end| end.stop != StopReason::Budget && end.energy.is_finite())
             .map(QuenchRecord::from);
@@ -63,6 +65,7 @@ impl Searcher<'_> {
             branches: Vec::new(),
             drawn: None,
             unfinished: false,
+            exhausted: false,
             evaluations: 0,
         };
         let following = Following {
