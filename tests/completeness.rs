@@ -300,36 +300,31 @@ fn is_false(found: &Exploration, known: [usize; 2]) -> bool {
 }
 
 #[test]
-fn limits_rise_in_a_stiff_valley() {
-    let valley = Valley::new(3, 1e4, [0.5, 1.0], &mut stream(1, Task::Surface, 0));
-    let known = valley.known();
-    let found = valley.search(0);
-    let limits = found.limits.unwrap();
-    assert!(
-        limits.rises > 0 && limits.steps > valley.settings(0).steps,
-        "{limits:?}"
-    );
-    assert_eq!([found.minima.len(), found.saddles.len()], known);
-    assert!(!is_false(&found, known), "{:?}", found.coverage);
-    // The same in other units.
-    let scaled = valley.with_units([1e-3, 1e3]).search(0);
-    assert_eq!([scaled.minima.len(), scaled.saddles.len()], known);
-}
-
-/// Without higher limits, points are missing, and nothing is claimed.
-#[test]
-fn nothing_is_claimed_where_few_searches_arrive() {
-    for id in 0..4 {
-        let valley = Valley::new(3, 1e5, [0.2, 1.0], &mut stream(1, Task::Surface, id));
-        let mut settings = valley.settings(id);
-        settings.max_searches = 600;
-        let found = valley.search_with(&settings);
-        assert!(
-            !is_false(&found, valley.known()),
-            "{id}: {:?}",
-            found.coverage
+fn limits_rise_in_a_stiff_valley_in_any_units() {
+    for units in [[1.0, 1.0], [1e-3, 1e3]] {
+        let valley = Valley::random(23).with_units(units);
+        let found = valley.search(0);
+        let limits = found.limits.unwrap();
+        assert!(limits.rises > 0 && limits.steps > valley.settings(0).steps);
+        assert_eq!(
+            [found.minima.len(), found.saddles.len()],
+            valley.known(),
+            "{limits:?}"
         );
     }
+}
+
+/// Of this valley of three dimensions, with walls 3·10⁵ times as stiff as its bottom, 5 of 23 minima and 4 of 22 saddles were
+/// found with limits that do not rise, and at most 2 saddles were said to be missing.
+#[test]
+fn a_stiff_valley_is_not_claimed_to_be_complete() {
+    let valley = Valley::random(8);
+    let mut settings = valley.settings(8);
+    settings.max_searches = 1000;
+    let found = valley.search_with(&settings);
+    assert!(!is_false(&found, valley.known()), "{:?}", found.coverage);
+    let limits = found.limits.unwrap();
+    assert!(limits.leave_few() && limits.rises > 0, "{limits:?}");
 }
 
 /// A valley whose bottom is level within the tolerances is one minimum that is not isolated, whatever the seed.
@@ -352,7 +347,7 @@ fn a_valley_flatter_than_the_tolerance_is_one_minimum() {
 }
 
 #[test]
-#[ignore = "an hour: 100 runs in valleys of 2 to 12 dimensions and conditions of 10² to 10⁶"]
+#[ignore = "minutes: 100 runs in valleys of 2 to 12 dimensions and conditions of 10² to 10⁶"]
 fn a_hundred_stiff_valleys_are_claimed_by_none_that_misses_points() {
     // A part of the runs: LANDSCAPE_VALLEYS=10 takes the first ten.
     let most = std::env::var("LANDSCAPE_VALLEYS").map_or(100, |most| most.parse().unwrap());

@@ -388,7 +388,7 @@ impl SurfaceReport<'_> {
         let limits = self.found.limits.filter(|limits| limits.rises > 0);
         warnings.extend(limits.map(|limits| {
             format!(
-                "the surface is stiff: more searches ended at the limit of steps than at a saddle, so that it was raised to {} \
+                "more searches ended at the limit of steps than at a saddle, as on a stiff surface, so that it was raised to {} \
                  steps{}",
                 limits.steps,
                 if limits.are_low() {
@@ -534,7 +534,7 @@ impl SurfaceReport<'_> {
                 counted(coverage.searches, "search"),
                 coverage.arrived,
                 coverage.last_new,
-                if 2 * coverage.last_new < coverage.searches && !found.stopped {
+                if 2 * coverage.last_new < coverage.searches && coverage.doubt.is_none() {
                     format!(
                         ", and those after it only make sure (a --patience below {} makes fewer of them)",
                         self.settings.patience

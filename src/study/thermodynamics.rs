@@ -341,15 +341,19 @@ impl<'a> Thermodynamics<'a> {
         chart
     }
 
-    fn summary(&self) -> String {
-        let states = self.states;
-        let level = match self.level {
+    fn told_level(&self) -> String {
+        match self.level {
             Some(level) => format!(
                 "Superbasins: sets of minima that are connected below the energy {}; a funnel is named after its lowest minimum",
                 Digits::of([level]).show(level)
             ),
             None => "No two minima are connected, so each is a superbasin of its own".to_owned(),
-        };
+        }
+    }
+
+    fn summary(&self) -> String {
+        let states = self.states;
+        let level = self.told_level();
         let mut text = format!(
             "# {}: thermodynamics\n\nHarmonic superposition of {}. {level}. ",
             states.name,

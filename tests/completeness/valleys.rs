@@ -110,7 +110,9 @@ fn turn(dimensions: usize, rng: &mut Rng) -> Vec<Vec<f64>> {
             row.iter_mut().zip(known).for_each(|(a, b)| *a -= share * b);
         }
         let length = row.iter().map(|a| a * a).sum::<f64>().sqrt();
-        row.iter_mut().for_each(|a| *a /= length);
+        for part in &mut row {
+            *part /= length;
+        }
         rows.push(row);
     }
     rows
