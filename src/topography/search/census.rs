@@ -137,8 +137,6 @@ pub(super) struct Census {
     pub(super) searches: usize,
     pub(super) last_new: usize,
     unfinished: usize,
-    /// Descents that had no evaluations left where the gradient does not vanish.
-    exhausted: usize,
     evaluations: usize,
 }
 
@@ -178,14 +176,8 @@ impl Census {
             searches: 0,
             last_new: 0,
             unfinished: 0,
-            exhausted: 0,
             evaluations: 0,
         }
-    }
-
-    /// Forgets the descents that had too few evaluations, since later ones have more.
-    pub(super) fn forget_exhausted(&mut self) {
-        self.exhausted = 0;
     }
 
     pub(super) fn found(&self) -> usize {
@@ -276,11 +268,7 @@ impl Census {
                 unfinished = false;
             }
         }
-        if outcome.exhausted {
-            self.exhausted += 1;
-        } else {
-            self.unfinished += usize::from(unfinished);
-        }
+        self.unfinished += usize::from(unfinished);
         let mut fate = outcome.fate;
         if let Some(known) = outcome.known {
             self.hit(known, 1);
@@ -451,7 +439,7 @@ impl Census {
             Some(Doubt::Degenerate)
         } else if self.refused.iter().any(Refused::is_kink) {
             Some(Doubt::Kinks)
-        } else if self.unfinished + self.exhausted > 0 {
+        } else if self.unfinished > 0 {
             Some(Doubt::Unfinished)
         } else if components
             .iter()
@@ -485,7 +473,7 @@ impl Census {
             searches: self.searches,
             last_new: self.last_new,
             planned: planned.unwrap_or(0),
-            unfinished: self.unfinished + self.exhausted,
+            unfinished: self.unfinished,
             hits: &hits,
             draws: &draws,
             doubt: self.doubt(stopped, &limits),

@@ -98,10 +98,9 @@ impl Limit {
     }
 
     /// Doubles the limits and returns the planned starts of searches that they had ended.
-    pub(super) fn rise(&mut self, census: &mut Census) -> Vec<Start> {
+    pub(super) fn rise(&mut self, census: &Census) -> Vec<Start> {
         self.settings.steps *= 2;
         self.settings.quench.max_evaluations *= 2;
-        census.forget_exhausted();
         self.risen = census.searches;
         self.counts = Limits {
             steps: self.settings.steps,

@@ -173,7 +173,7 @@ pub fn explore_from(
             break Some(queue.len());
         }
         if limit.rises() {
-            queue.extend(limit.rise(&mut census));
+            queue.extend(limit.rise(&census));
             continue;
         }
         let idle = census.searches - limit.since(&census);

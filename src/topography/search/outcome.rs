@@ -68,7 +68,5 @@ pub(super) struct Outcome {
     pub(super) drawn: Option<QuenchRecord>,
     /// Whether that descent ended where the gradient does not vanish.
     pub(super) unfinished: bool,
-    /// Whether it had no evaluations left.
-    pub(super) exhausted: bool,
     pub(super) evaluations: usize,
 }

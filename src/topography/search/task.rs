@@ -48,8 +48,6 @@ impl Searcher<'_> {
         outcome.known = outcome.known.filter(|known| !returned(known));
         let drawn = place.drawn.as_ref();
         outcome.unfinished = drawn.is_some_and(|end| self.settings.is_unfinished(end));
-        outcome.exhausted =
-            outcome.unfinished && drawn.is_some_and(|end| end.stop == StopReason::Budget);
         outcome.drawn = (place.drawn)
             .filter(|end| end.stop != StopReason::Budget && end.energy.is_finite())
             .map(QuenchRecord::from);
@@ -65,7 +63,6 @@ impl Searcher<'_> {
             branches: Vec::new(),
             drawn: None,
             unfinished: false,
-            exhausted: false,
             evaluations: 0,
         };
         let following = Following {
