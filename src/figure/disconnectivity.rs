@@ -65,7 +65,7 @@ impl DisconnectivityPicture {
             title: String::new(),
             energy_label: "energy".to_owned(),
             members_label: "members".to_owned(),
-            apart: "apart: no path found".to_owned(),
+            apart: "apart: not connected".to_owned(),
             resampled: Vec::new(),
             size: [1200, 860],
             place_by: None,

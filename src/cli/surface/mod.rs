@@ -427,7 +427,7 @@ fn map(
         },
         stage_ended: &|name, evaluations| watch.lap(name, evaluations),
     };
-    let mut groups = configuration.groups(GroupSettings::default())?;
+    let mut groups = configuration.groups(GroupSettings::of_saddles())?;
     groups.barrier = command.groups.group_barrier.or(groups.barrier);
     tell_what_is_sought(command, common, lowest.as_ref(), probed);
     // The usual limit decides what is searched for, and an interrupted run may go on with a time or without.

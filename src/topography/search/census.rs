@@ -3,7 +3,7 @@
 use super::coverage::{Counts, Coverage, Doubt};
 use super::flat::{Bottom, same_bottom, same_saddle};
 use super::outcome::{Outcome, SearchEnd};
-use super::{Exploration, SearchSettings};
+use super::{Exploration, Limits, SearchSettings};
 use crate::energy::Energy;
 use crate::optimize::Quench;
 use crate::space::Space;
@@ -253,7 +253,8 @@ impl Census {
         None
     }
 
-    pub(super) fn take(&mut self, energy: &dyn Energy, outcome: Outcome) {
+    /// Takes over what a search found and returns how it ended.
+    pub(super) fn take(&mut self, energy: &dyn Energy, outcome: Outcome) -> SearchEnd {
         self.searches += 1;
         self.evaluations += outcome.evaluations;
         let mut unfinished = outcome.unfinished;
@@ -282,6 +283,7 @@ impl Census {
             }
         }
         *self.search_ends.entry(fate).or_insert(0) += 1;
+        fate
     }
 
     /// The minima in the form that the path search needs.
@@ -426,7 +428,7 @@ impl Census {
     }
 
     /// The reason, if any, why completeness cannot be claimed.
-    fn doubt(&self, stopped: bool) -> Option<Doubt> {
+    fn doubt(&self, stopped: bool, limits: &Limits) -> Option<Doubt> {
         let audits = (self.minima.iter().map(|known| &known.audit))
             .chain(self.saddles.iter().map(|found| &found.audit));
         let components = self.components();
@@ -444,6 +446,8 @@ impl Census {
             .any(|component| *component != components[0])
         {
             Some(Doubt::Apart)
+        } else if limits.leave_few() && !self.saddles.is_empty() {
+            Some(Doubt::Few)
         } else if stopped {
             Some(Doubt::Stopped)
         } else {
@@ -458,6 +462,7 @@ impl Census {
         energy: &dyn Energy,
         spent: usize,
         planned: Option<usize>,
+        limits: Limits,
     ) -> Exploration {
         let stopped = planned.is_some();
         let saddles = self.saddles.iter().enumerate();
@@ -471,7 +476,7 @@ impl Census {
             unfinished: self.unfinished,
             hits: &hits,
             draws: &draws,
-            doubt: self.doubt(stopped),
+            doubt: self.doubt(stopped, &limits),
         });
         let order: Vec<usize> = self.by_energy[0]
             .0
@@ -522,6 +527,7 @@ impl Census {
             saddles,
             refused: self.refused,
             search_ends: self.search_ends,
+            limits: Some(limits),
             coverage,
             evaluations: self.evaluations + spent,
             stopped,

@@ -544,6 +544,7 @@ impl Growth<'_> {
             saddles: saddles.collect(),
             refused,
             search_ends: ends,
+            limits: None,
             coverage,
             evaluations,
             stopped: report.stopped || report.hopping_stopped,
