@@ -372,7 +372,7 @@ fn ink(png: &[u8]) -> f64 {
     let mut reader = png::Decoder::new(std::io::Cursor::new(png))
         .read_info()
         .unwrap();
-    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let mut pixels = vec![0; reader.output_buffer_size()];
     let info = reader.next_frame(&mut pixels).unwrap();
     let dark = |pixel: &&[u8]| pixel.iter().map(|part| usize::from(*part)).sum::<usize>() < 384;
     let channels = info.color_type.samples();

@@ -3,18 +3,22 @@
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 
 use super::args::{Common, GroupBarrier};
 use super::output::check_file;
+use super::progress::spelled;
+use super::run::Watch;
 use super::thermodynamics::check_temperature;
 use crate::cli::printing::{complain, print, print_json};
-use crate::printable::numbered;
+use crate::printable::{counted, numbered};
 use crate::store::FileSet;
 use crate::study::{Kinetics, KineticsSettings, NetworkOfStates};
-use crate::thermal::Dynamics;
+use crate::thermal::{Core, Dynamics, Watching};
 
 /// Rates between minima.
 #[derive(Debug, Args)]
@@ -110,7 +114,19 @@ pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
         dynamics,
         pathways: command.pathways,
     };
-    let found = Kinetics::new(&states, (&from, &to), &settings)?;
+    let watch = Watch::new(common.quiet);
+    let cores = rayon::current_num_threads();
+    let told = AtomicBool::new(false);
+    let watching = Watching {
+        progress: &|news| watch.see(news),
+        core: &|core| {
+            if !common.quiet && !told.swap(true, Ordering::Relaxed) {
+                complain_of(&core, cores, settings.temperatures.len());
+            }
+        },
+    };
+    let found = Kinetics::new(&states, (&from, &to), &settings, &watching)?;
+    watch.lap("eliminate", 0);
     let (text, value) = (found.markdown(), found.to_json());
     if let Some([svg, png, json, report]) = &files {
         let sheet = found.chart().draw()?;
@@ -131,6 +147,24 @@ pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
         complain(&format!("wrote {}", report.display()));
     }
     Ok(())
+}
+
+/// Shorter waits are not announced, in seconds.
+const SHORT: f64 = 20.0;
+
+/// Says what a long elimination costs, before it begins.
+fn complain_of(core: &Core, cores: usize, temperatures: usize) {
+    let seconds = core.core_seconds / cores as f64;
+    if seconds * temperatures as f64 > SHORT {
+        complain(&format!(
+            "{} minima are left that are nearly all neighbours of each other: about {} and {:.1} GB for each of {} on {}; fewer              minima or temperatures, or more cores, take less",
+            core.states,
+            spelled(Duration::from_secs_f64(seconds)),
+            core.bytes / 1e9,
+            counted(temperatures, "temperature"),
+            counted(cores, "core"),
+        ));
+    }
 }
 
 /// The minima that the names choose, ascending, each once.

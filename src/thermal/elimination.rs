@@ -1,9 +1,11 @@
 //! Elimination of states from a network of rates: graph transformation.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 
 use super::dense::Dense;
 use super::{log_add, log_sum};
+use crate::topography::{Observer, Phase, Progress};
 
 /// No sequence of transitions leads from a state to the targets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -49,6 +51,64 @@ pub(super) struct Step {
     pub(super) log_gain: f64,
 }
 
+/// What is left of a network when nearly all of its states are neighbours. Eliminating these takes nearly all of the time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Core {
+    /// Number of states.
+    pub states: usize,
+    /// Memory of their rates, bytes.
+    pub bytes: f64,
+    /// About how long they take on one core of a usual processor, seconds.
+    pub core_seconds: f64,
+}
+
+impl Core {
+    fn of(states: usize) -> Self {
+        let count = states as f64;
+        let sums = count * count * count / 3.0;
+        let (bytes, seconds) = if states <= MOST {
+            (BYTES, SECONDS)
+        } else {
+            (MAP_BYTES, MAP_SECONDS)
+        };
+        Self {
+            states,
+            bytes: count * count * bytes,
+            core_seconds: sums * seconds,
+        }
+    }
+}
+
+/// Hears of a long elimination.
+#[derive(Clone, Copy)]
+pub struct Watching<'a> {
+    /// How many states are eliminated.
+    pub progress: &'a Observer<'a>,
+    /// The costly rest, before it is begun.
+    pub core: &'a (dyn Fn(Core) + Sync),
+}
+
+impl Default for Watching<'_> {
+    fn default() -> Self {
+        Self {
+            progress: &|_| (),
+            core: &|_| (),
+        }
+    }
+}
+
+impl fmt::Debug for Watching<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_struct("Watching").finish_non_exhaustive()
+    }
+}
+
+/// Memory of a rate and time of a sum, in a matrix and in maps (measured).
+const BYTES: f64 = 8.0;
+const MAP_BYTES: f64 = 50.0;
+const SECONDS: f64 = 0.5e-9;
+const MAP_SECONDS: f64 = 1e-7;
+
 /// Whether w counts in the values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Gains {
@@ -63,6 +123,8 @@ pub(super) enum Gains {
 const FULL: f64 = 0.04;
 /// Fewer states are not worth a matrix.
 const FEWEST: usize = 64;
+/// Progress is told after this many states.
+const TOLD: usize = 64;
 /// More states need too much memory (8 bytes for each pair).
 const MOST: usize = 12_000;
 
@@ -72,6 +134,7 @@ impl Elimination {
         rates: &[BTreeMap<usize, f64>],
         kept: &[bool],
         log_sources: Vec<f64>,
+        watching: &Watching<'_>,
     ) -> Self {
         let mut left = rates.to_vec();
         let mut into: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); left.len()];
@@ -91,17 +154,34 @@ impl Elimination {
             .collect();
         let kept: Vec<usize> = (0..left.len()).filter(|state| kept[*state]).collect();
         let mut steps = Vec::with_capacity(queue.len());
-        let mut may_be_dense = true;
+        let (mut may_be_dense, mut is_told) = (true, false);
+        let total = queue.len();
+        let tell = |done: usize| {
+            (watching.progress)(Progress {
+                phase: Phase::Eliminate,
+                done,
+                total,
+                round: None,
+            });
+        };
         while let Some((neighbours, state)) = queue.pop_first() {
             let remaining = kept.len() + queue.len() + 1;
-            if may_be_dense
-                && (FEWEST..=MOST).contains(&remaining)
-                && neighbours as f64 > FULL * remaining as f64
-            {
+            let is_full = remaining >= FEWEST && neighbours as f64 > FULL * remaining as f64;
+            if is_full && !is_told {
+                (watching.core)(Core::of(remaining));
+                is_told = true;
+            }
+            if steps.len() % TOLD == 0 {
+                tell(steps.len());
+            }
+            if may_be_dense && is_full && remaining <= MOST {
                 let mut order: Vec<usize> = vec![state];
                 order.extend(queue.iter().map(|(_, state)| *state));
+                let before = steps.len();
                 if let Some(dense) = Dense::new(&left, &source, &kept, &order)
-                    && let Some(done) = dense.eliminate(&mut left, &mut source)
+                    && let Some(done) = dense.eliminate(&mut left, &mut source, &|more| {
+                        tell(before + more);
+                    })
                 {
                     steps.extend(done);
                     break;
