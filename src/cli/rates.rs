@@ -157,7 +157,8 @@ fn complain_of(core: &Core, cores: usize, temperatures: usize) {
     let seconds = core.core_seconds / cores as f64;
     if seconds * temperatures as f64 > SHORT {
         complain(&format!(
-            "{} minima are left that are nearly all neighbours of each other: about {} and {:.1} GB for each of {} on {}; fewer              minima or temperatures, or more cores, take less",
+            "{} minima are left that are nearly all neighbours of each other: about {} and {:.1} GB for each of {} on {}; fewer \
+             minima or temperatures, or more cores, take less",
             core.states,
             spelled(Duration::from_secs_f64(seconds)),
             core.bytes / 1e9,

@@ -119,7 +119,8 @@ impl<'a> Kinetics<'a> {
     fn bound(&self) -> Option<String> {
         let height = self.bounded_at?;
         Some(format!(
-            "no sequence of transition states joins the two sets; a way at most {} high does, but a part of it is a bound and no              transition state, so that the rate is not known. `surface` and `build` with `--connect` seek lower ways and passes",
+            "no sequence of transition states joins the two sets; a way at most {} high does, but a part of it is a bound and no \
+             transition state, so that the rate is not known",
             as_given(height)
         ))
     }

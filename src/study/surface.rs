@@ -409,7 +409,8 @@ impl SurfaceReport<'_> {
         let bounds = self.found.bounds.len();
         if bounds > 0 {
             warnings.push(format!(
-                "{} between these components {} a relaxed path over no verified saddle: its height is an upper bound, dashed in the                  pictures, and no transition state, so that ts.data, `thermodynamics` and `rates` leave it out",
+                "{} between these components {} a relaxed path over no verified saddle: its height is an upper bound, dashed in the \
+                 pictures, and no transition state, so that ts.data, `thermodynamics` and `rates` leave it out",
                 counted(bounds, "connection"),
                 if bounds == 1 { "is" } else { "are each" }
             ));
