@@ -3,7 +3,6 @@
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use anyhow::{Context, bail, ensure};
@@ -115,13 +114,11 @@ pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
         pathways: command.pathways,
     };
     let watch = Watch::new(common.quiet);
-    let cores = rayon::current_num_threads();
-    let told = AtomicBool::new(false);
     let watching = Watching {
         progress: &|news| watch.see(news),
         core: &|core| {
-            if !common.quiet && !told.swap(true, Ordering::Relaxed) {
-                complain_of(&core, cores, settings.temperatures.len());
+            if !common.quiet && core.seconds > SHORT {
+                complain(&cost(&core, settings.temperatures.len()));
             }
         },
     };
@@ -152,20 +149,21 @@ pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
 /// Shorter waits are not announced, in seconds.
 const SHORT: f64 = 20.0;
 
-/// Says what a long elimination costs, before it begins.
-fn complain_of(core: &Core, cores: usize, temperatures: usize) {
-    let seconds = core.core_seconds / cores as f64;
-    if seconds * temperatures as f64 > SHORT {
-        complain(&format!(
-            "{} minima are left that are nearly all neighbours of each other: about {} and {:.1} GB for each of {} on {}; fewer \
-             minima or temperatures, or more cores, take less",
-            core.states,
-            spelled(Duration::from_secs_f64(seconds)),
-            core.bytes / 1e9,
-            counted(temperatures, "temperature"),
-            counted(cores, "core"),
-        ));
-    }
+/// What a long elimination costs, told before it begins.
+fn cost(core: &Core, temperatures: usize) -> String {
+    format!(
+        "{} minima are left that have many neighbours: {} {} and {:.1} GB for each of {}{}",
+        core.states,
+        if core.at_least { "at least" } else { "about" },
+        spelled(Duration::from_secs_f64(core.seconds)),
+        core.bytes / 1e9,
+        counted(temperatures, "temperature"),
+        if core.at_least {
+            ", and much more if they get more neighbours; a network of fewer minima takes less"
+        } else {
+            ""
+        }
+    )
 }
 
 /// The minima that the names choose, ascending, each once.

@@ -51,30 +51,39 @@ pub(super) struct Step {
     pub(super) log_gain: f64,
 }
 
-/// What is left of a network when nearly all of its states are neighbours. Eliminating these takes nearly all of the time.
+/// What is left of a network when its states have many neighbours. Eliminating these takes nearly all of the time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Core {
     /// Number of states.
     pub states: usize,
     /// Memory of their rates, bytes.
     pub bytes: f64,
-    /// About how long they take on one core of a usual processor, seconds.
-    pub core_seconds: f64,
+    /// About how long they take on the cores of this process, seconds.
+    pub seconds: f64,
+    /// Whether it may take much longer, because later eliminations give the states more neighbours.
+    pub at_least: bool,
 }
 
 impl Core {
-    fn of(states: usize) -> Self {
+    /// A matrix of all states, which all cores eliminate.
+    fn matrix(states: usize) -> Self {
         let count = states as f64;
-        let sums = count * count * count / 3.0;
-        let (bytes, seconds) = if states <= MOST {
-            (BYTES, SECONDS)
-        } else {
-            (MAP_BYTES, MAP_SECONDS)
-        };
         Self {
             states,
-            bytes: count * count * bytes,
-            core_seconds: sums * seconds,
+            bytes: count * count * 8.0,
+            seconds: count * count * count / 3.0 * SECONDS / rayon::current_num_threads() as f64,
+            at_least: false,
+        }
+    }
+
+    /// Maps of states of which each has so many neighbours or more.
+    fn maps(states: usize, neighbours: usize) -> Self {
+        let (count, near) = (states as f64, neighbours as f64);
+        Self {
+            states,
+            bytes: count * near * MAP_BYTES,
+            seconds: count * near * near * MAP_SECONDS,
+            at_least: true,
         }
     }
 }
@@ -103,11 +112,13 @@ impl fmt::Debug for Watching<'_> {
     }
 }
 
-/// Memory of a rate and time of a sum, in a matrix and in maps (measured).
-const BYTES: f64 = 8.0;
-const MAP_BYTES: f64 = 50.0;
+/// Time of a sum in a matrix on one core, and time and memory of one in maps: measured, and rounded up.
 const SECONDS: f64 = 0.5e-9;
 const MAP_SECONDS: f64 = 1e-7;
+const MAP_BYTES: f64 = 50.0;
+/// Maps that cost less are not told, seconds. They are told again when the cost has grown by this factor.
+const LONG: f64 = 60.0;
+const TOLD_AGAIN: f64 = 10.0;
 
 /// Whether w counts in the values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -154,7 +165,7 @@ impl Elimination {
             .collect();
         let kept: Vec<usize> = (0..left.len()).filter(|state| kept[*state]).collect();
         let mut steps = Vec::with_capacity(queue.len());
-        let (mut may_be_dense, mut is_told) = (true, false);
+        let (mut may_be_dense, mut told) = (true, LONG / TOLD_AGAIN);
         let total = queue.len();
         let tell = |done: usize| {
             (watching.progress)(Progress {
@@ -167,9 +178,11 @@ impl Elimination {
         while let Some((neighbours, state)) = queue.pop_first() {
             let remaining = kept.len() + queue.len() + 1;
             let is_full = remaining >= FEWEST && neighbours as f64 > FULL * remaining as f64;
-            if is_full && !is_told {
-                (watching.core)(Core::of(remaining));
-                is_told = true;
+            let maps = Core::maps(remaining, neighbours);
+            if !(is_full && may_be_dense && remaining <= MOST) && maps.seconds >= TOLD_AGAIN * told
+            {
+                (watching.core)(maps);
+                told = maps.seconds;
             }
             if steps.len() % TOLD == 0 {
                 tell(steps.len());
@@ -177,6 +190,7 @@ impl Elimination {
             if may_be_dense && is_full && remaining <= MOST {
                 let mut order: Vec<usize> = vec![state];
                 order.extend(queue.iter().map(|(_, state)| *state));
+                (watching.core)(Core::matrix(remaining));
                 let before = steps.len();
                 if let Some(dense) = Dense::new(&left, &source, &kept, &order)
                     && let Some(done) = dense.eliminate(&mut left, &mut source, &|more| {

@@ -458,7 +458,14 @@ fn declared_symmetries_make_one_point_of_copies() {
         "wells.py",
         "energy = (x * x - 1) ** 2 + (y * y - 1) ** 2\ngradient = [4 * x * (x * x - 1), 4 * y * (y * y - 1)]",
     );
-    let arguments = ["--command", &wells, "--region=-2:2x2", "-q", "--patience", "8"];
+    let arguments = [
+        "--command",
+        &wells,
+        "--region=-2:2x2",
+        "-q",
+        "--patience",
+        "8",
+    ];
     desk.succeed(&[&arguments[..], &["-o", "all"]].concat());
     let symmetries = desk.path("copies.txt");
     fs::write(&symmetries, "# exchange, mirror\n2 1\n-1 2\n").unwrap();

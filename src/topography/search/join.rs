@@ -135,8 +135,14 @@ impl Searcher<'_> {
             f64::INFINITY,
         );
         let (mut passes, mut bound) = (Vec::new(), None);
-        if let Some(outcome) = outcome {
+        if let Some(mut outcome) = outcome {
             passes = outcome.passes;
+            outcome.path.crest(&counted);
+            let top = outcome.path.top();
+            if outcome.path.energies[top] > outcome.height {
+                outcome.height = outcome.path.energies[top];
+                outcome.top.clone_from(&outcome.path.images[top]);
+            }
             bound = outcome.height.is_finite().then(|| Connection {
                 from: ids[0],
                 to: ids[1],
