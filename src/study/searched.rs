@@ -83,6 +83,9 @@ impl Searched {
             change(&mut saddle.coordinates);
             saddle.path.images.iter_mut().for_each(change);
         }
+        for bound in &mut self.found.bounds {
+            bound.path.images.iter_mut().for_each(change);
+        }
         for minimum in self.landscape.network.node_weights_mut() {
             change(&mut minimum.coordinates);
         }

@@ -17,6 +17,7 @@ use super::uncertainty::Uncertainty;
 use super::{Digits, json as value, tally};
 use crate::energy::Energy;
 use crate::printable::counted;
+use crate::space::Copies;
 use crate::store::{AtomicFolder, Counts, LandscapeFiles, Manifest, Source, StationaryRow};
 use crate::topography::exchange::{Database, points};
 use crate::topography::{
@@ -197,8 +198,12 @@ impl SurfaceReport<'_> {
         let saddles = self.found.saddles.iter();
         let saddles = points(saddles.map(|saddle| saddle.coordinates.as_slice()));
         folder.write("points.ts", &saddles)?;
-        let kinds = (Coordinates::named(&self.subject.coordinates)).and_then(|kind| kind.kinds());
-        let database = Database::from_exploration(self.found, kinds.as_deref());
+        let kind = Coordinates::named(&self.subject.coordinates);
+        let kinds = kind.as_ref().and_then(Coordinates::kinds);
+        let mut database = Database::from_exploration(self.found, kinds.as_deref());
+        if let Some(copies) = kind.and_then(|kind| kind.copies(self.subject.low.len())) {
+            self.count_copies(&copies, &mut database);
+        }
         let title = format!(
             "{}: {}, {}",
             self.subject.name,
@@ -213,6 +218,24 @@ impl SurfaceReport<'_> {
         mapped.draw(&titles, views, &database, folder)?;
         uncertainty.unseen.draw(&titles.title, folder)?;
         conclude(&files, &self.summary(&merges), folder)
+    }
+
+    /// Sets the orders of point groups: a point that more symmetries leave in place has fewer copies.
+    fn count_copies(&self, copies: &Copies, database: &mut Database) {
+        let reach = self.settings.sameness.distance;
+        let minima = database.minima.iter_mut().zip(&self.found.minima);
+        let minima = minima.map(|(entry, minimum)| (&mut entry.vibrations, &minimum.coordinates));
+        let saddles = database
+            .transition_states
+            .iter_mut()
+            .zip(&self.found.saddles);
+        let saddles = saddles.map(|(entry, saddle)| (&mut entry.vibrations, &saddle.coordinates));
+        for (vibrations, point) in minima.chain(saddles) {
+            if let Some(vibrations) = vibrations {
+                let order = u32::try_from(copies.stabiliser(point, reach));
+                vibrations.point_group_order = order.unwrap_or(u32::MAX);
+            }
+        }
     }
 
     fn files(
@@ -308,7 +331,7 @@ impl SurfaceReport<'_> {
     }
 
     fn warnings(&self) -> Vec<String> {
-        let (coverage, components) = (&self.found.coverage, self.landscape.tree.roots.len());
+        let (coverage, components) = (&self.found.coverage, self.found.components());
         let mut warnings = Vec::new();
         let stopped = self.found.stopped;
         if stopped && coverage.searches >= self.settings.max_searches {
@@ -398,6 +421,15 @@ impl SurfaceReport<'_> {
                 }
             )
         }));
+        let bounds = self.found.bounds.len();
+        if bounds > 0 {
+            warnings.push(format!(
+                "{} between these components {} a relaxed path over no verified saddle: its height is an upper bound, dashed in the \
+                 pictures, and no transition state, so that ts.data, `thermodynamics` and `rates` leave it out",
+                counted(bounds, "connection"),
+                if bounds == 1 { "is" } else { "are each" }
+            ));
+        }
         warnings
     }
 
@@ -489,7 +521,7 @@ impl SurfaceReport<'_> {
             Some(_) => String::new(),
             None => format!(
                 "; {}; {}",
-                counted(self.landscape.tree.roots.len(), "component"),
+                counted(found.components(), "component"),
                 if groups.members.len() == found.minima.len() {
                     "no groups, since no height divides the barriers".to_owned()
                 } else {

@@ -9,7 +9,7 @@ use crate::optimize::Quench;
 use crate::space::Space;
 use crate::space::vector::times;
 use crate::topography::audit::{Audit, AuditSettings, Verdict, examine};
-use crate::topography::barrier::Crossing;
+use crate::topography::barrier::{Connection, Crossing};
 use crate::topography::eigen::Piece;
 use crate::topography::minima::MatchTolerance;
 use crate::topography::network::{Minimum, MinimumId};
@@ -420,7 +420,15 @@ impl Census {
 
     /// Connected component of each minimum in the network of saddles.
     pub(super) fn components(&self) -> Vec<usize> {
+        self.components_with(&[])
+    }
+
+    /// Connected component of each minimum in the network of saddles and some bounds.
+    pub(super) fn components_with(&self, bounds: &[Connection]) -> Vec<usize> {
         let mut sets = petgraph::unionfind::UnionFind::new(self.minima.len());
+        for bound in bounds {
+            sets.union(bound.from.0, bound.to.0);
+        }
         for saddle in &self.saddles {
             sets.union(saddle.ends[0], saddle.ends[1]);
         }
@@ -456,15 +464,18 @@ impl Census {
     }
 
     /// All results, sorted by energy. `planned` is the number of searches that were still to be made if the search was
-    /// stopped before it ended by itself.
+    /// stopped before it ended by itself. Of the `bounds`, those between components of the network of saddles are kept.
     pub(super) fn finish(
         self,
         energy: &dyn Energy,
         spent: usize,
         planned: Option<usize>,
         limits: Limits,
+        mut bounds: Vec<Connection>,
     ) -> Exploration {
         let stopped = planned.is_some();
+        let component = self.components();
+        bounds.retain(|bound| component[bound.from.0] != component[bound.to.0]);
         let saddles = self.saddles.iter().enumerate();
         let places = saddles.filter(|(number, saddle)| saddle.place == *number);
         let hits: Vec<usize> = places.map(|(_, saddle)| saddle.hits).collect();
@@ -487,6 +498,14 @@ impl Census {
         for (id, old) in order.iter().enumerate() {
             number[*old] = id;
         }
+        for bound in &mut bounds {
+            let [from, to] = [bound.from, bound.to].map(|end| MinimumId(number[end.0]));
+            (bound.from, bound.to) = (from.min(to), from.max(to));
+            if from > to {
+                bound.path = std::mem::take(&mut bound.path).reversed();
+            }
+        }
+        bounds.sort_by_key(|bound| (bound.from, bound.to));
         let mut saddles: Vec<Option<Found>> = self.saddles.into_iter().map(Some).collect();
         let by_energy = self.by_energy[1].0.iter();
         let mut saddles: Vec<TransitionState> = by_energy
@@ -525,6 +544,7 @@ impl Census {
             minima,
             audits,
             saddles,
+            bounds,
             refused: self.refused,
             search_ends: self.search_ends,
             limits: Some(limits),

@@ -39,6 +39,7 @@ pub use start::in_box;
 use start::{Gait, Start};
 
 use super::audit::{Audit, Verdict};
+use super::barrier::Connection;
 use super::journal::{JournalError, Run};
 use super::network::Minimum;
 use super::{Phase, Tally};
@@ -58,6 +59,8 @@ pub struct Exploration {
     /// Distinct saddles, lowest first. A saddle where n > 2 valleys meet is listed n − 1 times, with different ends; the
     /// audits of all but the first say of which one they are duplicates.
     pub saddles: Vec<TransitionState>,
+    /// Relaxed paths between minima that no sequence of saddles joins: upper bounds and no transition states.
+    pub bounds: Vec<Connection>,
     /// Points that failed their audit.
     pub refused: Vec<Refused>,
     /// Number of searches by the way they ended.
@@ -78,6 +81,14 @@ impl Exploration {
         let saddles = self.saddles.iter();
         saddles.filter(|saddle| saddle.audit.verdict != Verdict::Duplicate)
     }
+
+    /// Number of sets of minima that saddles join.
+    pub fn components(&self) -> usize {
+        let mut sets = petgraph::unionfind::UnionFind::new(self.minima.len());
+        let ends = self.saddles.iter().map(|saddle| saddle.ends);
+        let joined = ends.filter(|[from, to]| sets.union(from.0, to.0)).count();
+        self.minima.len() - joined
+    }
 }
 
 /// Explores a smooth surface, given only its energy and random points.
@@ -87,8 +98,9 @@ impl Exploration {
 /// saddle two descents lead to minima; new minima are searched from in turn. Points are distinguished by energy and by
 /// distance modulo the symmetry of the space. The search ends when `patience` searches for every point found brought
 /// nothing new. Where its limits of steps and evaluations end many searches, and more than arrive at a saddle, they are doubled,
-/// up to four times, and what they had ended is tried again. Minima that no saddle joins are then joined by relaxed paths if possible, and the search continues from
-/// what those find. No expected number of points is used. Rings, troughs and plateaus consist of points that are not
+/// up to four times, and what they had ended is tried again. Minima that no saddle joins are then joined by relaxed paths if
+/// possible, and the search continues from what those find. Where it finds no saddle, the path is an upper bound
+/// ([`Exploration::bounds`]). No expected number of points is used. Rings, troughs and plateaus consist of points that are not
 /// isolated; each is represented by the first point found. Two of one energy are one if a walk along level directions joins them,
 /// and apart if descents from between their points end on both sides of a ridge. Where these descents end elsewhere, both count
 /// as one.
@@ -186,7 +198,7 @@ pub fn explore_from(
         }
     };
     let spent = usize::try_from(counted.evaluations()).unwrap_or(usize::MAX);
-    Ok(census.finish(energy, spent, planned, limit.counts))
+    Ok(census.finish(energy, spent, planned, limit.counts, joiner.bounds))
 }
 
 /// Starts from a minimum along its first modes, in both directions, carefully and boldly.

@@ -542,6 +542,7 @@ impl Growth<'_> {
             minima,
             audits,
             saddles: saddles.collect(),
+            bounds: Vec::new(),
             refused,
             search_ends: ends,
             limits: None,
