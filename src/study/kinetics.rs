@@ -257,7 +257,7 @@ impl<'a> Kinetics<'a> {
              |---|---|---|---|---|---|---|---|\n",
         );
         for at in &self.at {
-            let [there, back] = &at.rates;
+            let [there, back] = at.rates;
             let _ = writeln!(
                 text,
                 "| {} | {} | {} | {} | {} | {} | {} | {} |",
@@ -321,9 +321,8 @@ impl<'a> Kinetics<'a> {
 }
 
 /// A number of known rates, given by its natural logarithm.
-fn told(rates: &Option<SetRates>, log: impl Fn(&SetRates) -> f64) -> String {
-    let known = rates.as_ref();
-    known.map_or_else(|| "unknown".to_owned(), |rates| power(log(rates)))
+fn told(rates: Option<SetRates>, log: impl Fn(&SetRates) -> f64) -> String {
+    rates.map_or_else(|| "unknown".to_owned(), |rates| power(log(&rates)))
 }
 
 /// Greatest number of minima of a set whose numbers in `min.data` the text tells; JSON holds all.

@@ -97,6 +97,17 @@ pub struct Watching<'a> {
     pub core: &'a (dyn Fn(Core) + Sync),
 }
 
+impl Watching<'_> {
+    fn tell(&self, done: usize, total: usize) {
+        (self.progress)(Progress {
+            phase: Phase::Eliminate,
+            done,
+            total,
+            round: None,
+        });
+    }
+}
+
 impl Default for Watching<'_> {
     fn default() -> Self {
         Self {
@@ -167,14 +178,7 @@ impl Elimination {
         let mut steps = Vec::with_capacity(queue.len());
         let (mut may_be_dense, mut told) = (true, LONG / TOLD_AGAIN);
         let total = queue.len();
-        let tell = |done: usize| {
-            (watching.progress)(Progress {
-                phase: Phase::Eliminate,
-                done,
-                total,
-                round: None,
-            });
-        };
+        let tell = |done: usize| watching.tell(done, total);
         while let Some((neighbours, state)) = queue.pop_first() {
             let remaining = kept.len() + queue.len() + 1;
             let is_full = remaining >= FEWEST && neighbours as f64 > FULL * remaining as f64;
