@@ -522,7 +522,7 @@ impl SurfaceReport<'_> {
             None => format!(
                 "; {}; {}",
                 counted(found.components(), "component"),
-                if groups.members.len() == found.minima.len() {
+                if found.minima.len() > 1 && groups.members.len() == found.minima.len() {
                     "no groups, since no height divides the barriers".to_owned()
                 } else {
                     format!(
