@@ -285,7 +285,7 @@ mod tests {
                 let mut tangent = vec![0.0; 4];
                 let distance = space.log(&a, &b, &mut tangent);
                 let plain: Vec<f64> = (symmetries.copies(&b))
-                    .map(|copy| space.log_near(&a, &copy, &mut vec![0.0; 4]))
+                    .map(|copy| space.log_near(&a, &copy, &mut [0.0; 4]))
                     .collect();
                 let least = plain.iter().copied().fold(f64::INFINITY, f64::min);
                 assert!((distance - least).abs() < 1e-12);
