@@ -3,6 +3,7 @@
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
+use std::fmt::Write as _;
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
@@ -384,15 +385,15 @@ fn ink(png: &[u8]) -> f64 {
 #[test]
 fn a_thousand_minima_are_no_black_area() {
     let desk = Desk::new();
-    let energy = |minimum: usize| 10.0 * (minimum as f64 / 1000.0).powf(0.35);
+    let energy = |minimum: usize| 10.0 * libm::pow(minimum as f64 / 1000.0, 0.35);
     let (mut minima, mut states) = (String::new(), String::new());
     for minimum in 0..1000 {
-        minima += &format!("{} 10 1 1 1 1\n", energy(minimum));
+        writeln!(minima, "{} 10 1 1 1 1", energy(minimum)).unwrap();
     }
     for minimum in 1..1000 {
         let height = energy(minimum) + 0.1 + 0.003 * ((minimum * 733) % 1000) as f64;
         let lower = (minimum * 389) % minimum.div_ceil(2);
-        states += &format!("{height} 9 1 {} {} 1 1 1\n", minimum + 1, lower + 1);
+        writeln!(states, "{height} 9 1 {} {} 1 1 1", minimum + 1, lower + 1).unwrap();
     }
     desk.write("funnel", &minima, &states);
     desk.succeed("import funnel -q");
