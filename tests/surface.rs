@@ -12,6 +12,8 @@ use crate::folder::names;
 use landscape::store::{LandscapeFiles, StationaryRow};
 use tempfile::TempDir;
 
+#[path = "surface/bounds.rs"]
+mod bounds;
 #[path = "surface/extent.rs"]
 mod extent;
 #[path = "surface/programs.rs"]

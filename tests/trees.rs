@@ -3,6 +3,7 @@
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
+use std::fmt::Write as _;
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
@@ -365,6 +366,42 @@ fn views_are_drawn() {
         let sentence = desk.mistake(line);
         assert!(sentence.contains(said), "{line}: {sentence}");
     }
+}
+
+/// Share of the pixels of a picture that are darker than half.
+fn ink(png: &[u8]) -> f64 {
+    let mut reader = png::Decoder::new(std::io::Cursor::new(png))
+        .read_info()
+        .unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size()];
+    let info = reader.next_frame(&mut pixels).unwrap();
+    let dark = |pixel: &&[u8]| pixel.iter().map(|part| usize::from(*part)).sum::<usize>() < 384;
+    let channels = info.color_type.samples();
+    let count = pixels.chunks_exact(channels).filter(dark).count();
+    count as f64 / (pixels.len() / channels) as f64
+}
+
+/// A funnel of 1,000 minima was one black triangle of bars.
+#[test]
+fn a_thousand_minima_are_no_black_area() {
+    let desk = Desk::new();
+    let energy = |minimum: usize| 10.0 * libm::pow(minimum as f64 / 1000.0, 0.35);
+    let (mut minima, mut states) = (String::new(), String::new());
+    for minimum in 0..1000 {
+        writeln!(minima, "{} 10 1 1 1 1", energy(minimum)).unwrap();
+    }
+    for minimum in 1..1000 {
+        let height = energy(minimum) + 0.1 + 0.003 * ((minimum * 733) % 1000) as f64;
+        let lower = (minimum * 389) % minimum.div_ceil(2);
+        writeln!(states, "{height} 9 1 {} {} 1 1 1", minimum + 1, lower + 1).unwrap();
+    }
+    desk.write("funnel", &minima, &states);
+    desk.succeed("import funnel -q");
+    let picture = "funnel.landscape/disconnectivity_minima";
+    let dark = ink(&fs::read(desk.path(&format!("{picture}.png"))).unwrap());
+    assert!((0.005..0.08).contains(&dark), "{dark}");
+    let svg = desk.text(&format!("{picture}.svg"));
+    assert!(svg.contains("merges raised to 40 levels"));
 }
 
 #[test]

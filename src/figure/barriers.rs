@@ -223,9 +223,7 @@ impl BarrierPicture {
         let total: usize = self.leaves.iter().map(|leaf| leaf.members.max(1)).sum();
         let most = most_members(&self.leaves);
         let one = (0.06 * area / (std::f64::consts::PI * total.max(1) as f64)).sqrt();
-        DiscScale {
-            one: one.clamp(3.0, 16.0).min(40.0 / most.sqrt()),
-        }
+        DiscScale::by_members(one.clamp(3.0, 16.0).min(40.0 / most.sqrt()))
     }
 
     fn energy_range(&self) -> Span {

@@ -14,7 +14,7 @@ use super::strip::{PICTURE_DENSITY, Picture, draw_row, row_height};
 use super::style::{Anchor, Colour, Stroke, TextFace};
 use super::theme::{INK, LINE, MARGIN, PALE_LINE, TEXT, UNLABELLED, WHITE};
 use super::{FigureError, text_width};
-use crate::topography::{Evidence, Network, Tree};
+use crate::topography::{Evidence, Network, Node, Tree};
 
 const LABEL_RADIUS: f64 = 9.0;
 /// Least support for each mark, the fill of the mark, and its text in the legend.
@@ -56,6 +56,14 @@ pub struct DisconnectivityPicture {
 impl DisconnectivityPicture {
     /// Largest number of leaves. On a sheet of the usual width they are then one or two pixels apart.
     pub const MOST_LEAVES: usize = 2000;
+    /// Largest number of leaves that are drawn with circles and bars. More are drawn as thin lines that slant from merge to
+    /// merge, as by the program disconnectionDPS; bars and circles would be one black area.
+    pub const MOST_CIRCLES: usize = 100;
+    /// Number of even levels to which the merges of a tree with more leaves should be raised ([`View::swept`]). Hundreds of
+    /// merges in a narrow range of heights cannot be told apart.
+    ///
+    /// [`View::swept`]: crate::topography::view::View::swept
+    pub const LEVELS: usize = 40;
 
     /// Picture of `tree` with the numbers of members in `network`, without labels.
     pub fn new(tree: Tree, network: &Network) -> Self {
@@ -65,7 +73,7 @@ impl DisconnectivityPicture {
             title: String::new(),
             energy_label: "energy".to_owned(),
             members_label: "members".to_owned(),
-            apart: "apart: no path found".to_owned(),
+            apart: "apart: not connected".to_owned(),
             support: Vec::new(),
             size: [1200, 860],
             place_by: None,
@@ -74,8 +82,9 @@ impl DisconnectivityPicture {
         }
     }
 
-    /// Draws the picture: energy upward, leaves side by side, merges as bars. A merge with evidence worse than
-    /// [`Evidence::Path`] is dashed and pale, down to its children.
+    /// Draws the picture: energy upward, leaves side by side, merges as bars, or as fans of slanted lines above
+    /// [`DisconnectivityPicture::MOST_CIRCLES`] leaves. A merge with evidence worse than [`Evidence::Path`] is dashed and
+    /// pale, down to its children.
     ///
     /// # Errors
     /// [`FigureError::Leaves`] or [`FigureError::NotFinite`] if the fields are inconsistent; [`FigureError::TooMany`] for
@@ -128,6 +137,11 @@ impl DisconnectivityPicture {
         Ok(canvas)
     }
 
+    /// Whether there are too many leaves for bars, and for circles that tell their members.
+    fn is_crowded(&self) -> bool {
+        self.leaves.len() > Self::MOST_CIRCLES
+    }
+
     fn room_for_examples(&self) -> u32 {
         let pictures = || self.examples.iter().map(|(_, picture)| picture);
         let side = pictures().map(|picture| picture.image.width / PICTURE_DENSITY);
@@ -144,15 +158,16 @@ impl DisconnectivityPicture {
     /// Scale of the circles. They overlap a little if there are many leaves, but neighbours rarely have the same energy.
     fn disc_scale(&self, layout: &TreeLayout, width: f64) -> DiscScale {
         let spacing = 0.7 * width / (layout.width + 1.0);
+        if self.is_crowded() {
+            return DiscScale::equal((0.5 * spacing).clamp(1.0, 4.0));
+        }
         let most = most_members(&self.leaves);
         let largest = if most > 1.0 {
             (1.6 * spacing).clamp(13.0, 36.0)
         } else {
             (0.6 * spacing).clamp(3.2, 14.0)
         };
-        DiscScale {
-            one: (largest / most.sqrt()).max(3.2).min(44.0 / most.sqrt()),
-        }
+        DiscScale::by_members((largest / most.sqrt()).max(3.2).min(44.0 / most.sqrt()))
     }
 
     fn legend(&self, scale: DiscScale) -> Legend {
@@ -164,13 +179,15 @@ impl DisconnectivityPicture {
         } else {
             explain_labels(&self.leaves, LABEL_RADIUS, &mut legend);
         }
-        explain_sizes(
-            &self.leaves,
-            scale,
-            &self.members_label,
-            UNLABELLED,
-            &mut legend,
-        );
+        if !self.is_crowded() {
+            explain_sizes(
+                &self.leaves,
+                scale,
+                &self.members_label,
+                UNLABELLED,
+                &mut legend,
+            );
+        }
         let merges = || {
             self.tree
                 .nodes
@@ -317,8 +334,43 @@ impl<'a> Plot<'a> {
         }
     }
 
+    /// How far below a merge the lines to its children still slant: not beyond the next merge below it, so that no two lines
+    /// cross.
+    fn slant(&self, node: &Node) -> f64 {
+        let [bottom, top] = self.heights.y;
+        let most = (bottom - top) / DisconnectivityPicture::LEVELS as f64;
+        let nodes = &self.picture.tree.nodes;
+        let merges = node.children.iter().map(|child| &nodes[child.0]);
+        merges
+            .filter(|child| !child.children.is_empty())
+            .map(|child| self.heights.of(child.energy) - self.heights.of(node.energy))
+            .fold(most, f64::min)
+    }
+
+    /// Draws the lines from a merge at `at` down to the `ends`.
+    fn draw_merge(&self, node: &Node, at: [f64; 2], stroke: Stroke, canvas: &mut Canvas) {
+        let ends: Vec<[f64; 2]> = node.children.iter().map(|child| self.at(child.0)).collect();
+        if self.picture.is_crowded() {
+            let slant = self.slant(node);
+            for end in ends {
+                let shoulder = [end[0], end[1].min(at[1] + slant)];
+                canvas.polyline(&[at, shoulder, end], stroke);
+            }
+            return;
+        }
+        let first = ends.iter().map(|end| end[0]).fold(f64::INFINITY, f64::min);
+        let last = (ends.iter().map(|end| end[0])).fold(f64::NEG_INFINITY, f64::max);
+        // Extending the bar by half a line width beyond the stems makes square corners.
+        let half = 0.5 * stroke.width;
+        canvas.line([first - half, at[1]], [last + half, at[1]], stroke);
+        for end in ends {
+            canvas.line([end[0], at[1]], end, stroke);
+        }
+    }
+
     fn draw_branches(&self, canvas: &mut Canvas) {
-        let width = (0.3 * self.x[1]).clamp(1.0, 2.75);
+        let thinnest = if self.picture.is_crowded() { 0.4 } else { 1.0 };
+        let width = (0.3 * self.x[1]).clamp(thinnest, 2.75);
         // Uncertain merges are drawn first, so that certain ones lie on top.
         for certain in [false, true] {
             for (index, node) in self.picture.tree.nodes.iter().enumerate() {
@@ -331,18 +383,7 @@ impl<'a> Plot<'a> {
                     upper_bound(width)
                 };
                 let [x, y] = self.at(index);
-                let ends: Vec<[f64; 2]> =
-                    node.children.iter().map(|child| self.at(child.0)).collect();
-                let first = ends.iter().map(|end| end[0]).fold(f64::INFINITY, f64::min);
-                let last = ends
-                    .iter()
-                    .map(|end| end[0])
-                    .fold(f64::NEG_INFINITY, f64::max);
-                // Extending the bar by half a line width beyond the stems makes square corners.
-                canvas.line([first - 0.5 * width, y], [last + 0.5 * width, y], stroke);
-                for end in ends {
-                    canvas.line([end[0], y], end, stroke);
-                }
+                self.draw_merge(node, [x, y], stroke, canvas);
                 if node.parent.is_none() {
                     canvas.line([x, self.top], [x, y], stroke);
                 }
@@ -371,13 +412,21 @@ impl<'a> Plot<'a> {
         let mut order: Vec<usize> = (0..leaves.len()).collect();
         order.sort_by_key(|&leaf| (std::cmp::Reverse(leaves[leaf].members), leaf));
         let rim = (0.12 * self.x[1]).clamp(0.6, 1.2);
+        let crowded = self.picture.is_crowded();
         for &index in &order {
             let leaf = &leaves[index];
+            if crowded && self.picture.colour_by.is_none() && leaf.label.is_none() {
+                continue;
+            }
             let fill = match &self.picture.colour_by {
                 Some(values) => values.colour(index),
                 None => fill(leaf, &colours),
             };
             let radius = self.scale.radius(leaf.members);
+            if crowded {
+                canvas.circle(self.at(index), radius, fill);
+                continue;
+            }
             canvas.circle(self.at(index), radius + 2.0 * rim, WHITE);
             canvas.rimmed_circle(self.at(index), radius, fill, LINE, rim);
         }

@@ -144,16 +144,30 @@ pub(super) fn explain_sizes(
     }
 }
 
-/// Radius of circles whose area is proportional to the number of members.
+/// Radius of circles: their area is proportional to the number of members, or all are equal.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct DiscScale {
     /// Radius of a circle of one member.
-    pub(super) one: f64,
+    one: f64,
+    equal: bool,
 }
 
 impl DiscScale {
+    pub(super) fn by_members(one: f64) -> Self {
+        Self { one, equal: false }
+    }
+
+    pub(super) fn equal(radius: f64) -> Self {
+        Self {
+            one: radius,
+            equal: true,
+        }
+    }
+
     pub(super) fn radius(self, members: usize) -> f64 {
-        if members == 0 {
+        if self.equal {
+            self.one
+        } else if members == 0 {
             0.6 * self.one
         } else {
             self.one * (members as f64).sqrt()

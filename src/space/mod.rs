@@ -6,6 +6,7 @@
 mod assignment;
 mod cluster;
 mod coordinates;
+mod copies;
 mod euclidean;
 mod fixed_frame;
 mod mirrored;
@@ -23,6 +24,7 @@ pub(crate) use coordinates::put_root;
 pub use coordinates::{Pose, joints_of, joints_of_mut, object_from_hand, pose_coordinates};
 #[cfg(feature = "grasp")]
 pub(crate) use coordinates::{quaternion_of, translation_of};
+pub use copies::{Copies, Symmetries, SymmetryError};
 pub use euclidean::Euclidean;
 pub use fixed_frame::FixedFrame;
 pub use mirrored::Mirrored;

@@ -272,6 +272,14 @@ impl LandscapeFiles {
         Ok(manifest)
     }
 
+    /// The connections of a finished landscape alone.
+    ///
+    /// # Errors
+    /// As [`LandscapeFiles::read`].
+    pub fn edges(folder: &Path) -> Result<Vec<EdgeRow>, StoreError> {
+        read_edges(&read_table(folder, EDGES)?)
+    }
+
     /// The grasps of a finished landscape; `None` if it does not hold them, as a landscape of a surface or of an earlier
     /// version.
     ///

@@ -193,11 +193,8 @@ impl Views {
     }
 }
 
-/// Number of valleys in a disconnectivity graph that would have too many.
+/// Number of valleys in a disconnectivity graph that would have too many leaves.
 const PRUNED: usize = 400;
-/// Number of levels to which the merges of such a graph are raised, unless levels are chosen: hundreds of merges in a narrow
-/// range of heights are one black area.
-const LEVELS_OF_PRUNED: usize = 40;
 
 /// Greatest number of groups that are named in pictures, as in `inspect --path g0 g4`. More names would hide the groups.
 const MOST_NAMED: usize = 60;
@@ -311,17 +308,9 @@ impl Drawing<'_> {
     /// Writes the disconnectivity graph and the barrier graph as SVG and PNG.
     fn pictures(&self, shown: &Shown<'_>, ending: &str, put: Put<'_>) -> Result<(), StudyError> {
         let (view, levels) = (self.views).of(shown.network, &shown.tree, &shown.picked);
-        let mut legible = at_most(&view, DisconnectivityPicture::MOST_LEAVES, PRUNED);
-        let mut title = self.title(shown, &view, &legible, ending);
-        let mut levels = levels;
-        if levels.is_none() && legible.minima.len() < view.minima.len() {
-            levels = Levels::spanning(&legible.tree, LEVELS_OF_PRUNED);
-            if let Some(levels) = &levels {
-                legible = legible.swept(levels);
-                let _ = write!(title, ", merges raised to {LEVELS_OF_PRUNED} levels");
-            }
-        }
-        let tree = self.tree_picture(shown, &legible, title);
+        let legible = at_most(&view, DisconnectivityPicture::MOST_LEAVES, PRUNED);
+        let title = self.title(shown, &view, &legible, ending);
+        let tree = self.tree_picture(shown, &legible, levels, title);
         let most = BarrierPicture::MOST_NODES;
         let legible = at_most(&view, most, most);
         let graph = self.graph_picture(shown, &legible, self.title(shown, &view, &legible, ending));
@@ -360,21 +349,27 @@ impl Drawing<'_> {
         &self,
         shown: &Shown<'_>,
         view: &View,
-        title: String,
+        mut levels: Option<Levels>,
+        mut title: String,
     ) -> DisconnectivityPicture {
         let cut = squashing(&view.tree);
-        let drawn = cut.map_or(view.clone(), |(_, height)| view.below(height));
+        let mut drawn = cut.map_or(view.clone(), |(_, height)| view.below(height));
+        if levels.is_none() && view.minima.len() > DisconnectivityPicture::MOST_CIRCLES {
+            levels = Levels::spanning(&drawn.tree, DisconnectivityPicture::LEVELS);
+            if let Some(levels) = &levels {
+                drawn = drawn.swept(levels);
+                let _ = write!(title, ", merges raised to {} levels", levels.count);
+            }
+        }
         let mut tree = DisconnectivityPicture::new(drawn.tree, &Network::default());
         tree.leaves = leaves_shown(shown, view);
         tree.support = carried((&shown.tree, &shown.support), &tree.tree, |leaf| view.minima[leaf]);
-        tree.title = match cut {
-            Some((count, height)) => {
-                tree.apart = format!("apart: joined above {height:.2}");
-                let merges = if count == 1 { "merge" } else { "merges" };
-                format!("{title} ({count} {merges} above {height:.2} not drawn)")
-            }
-            None => title,
-        };
+        if let Some((count, height)) = cut {
+            tree.apart = format!("apart: joined above {height:.2}");
+            let merges = if count == 1 { "merge" } else { "merges" };
+            let _ = write!(title, " ({count} {merges} above {height:.2} not drawn)");
+        }
+        tree.title = title;
         let visible_examples = shown.examples.iter().filter_map(|(of, picture)| {
             let leaf = view.minima.iter().position(|minimum| minimum == of)?;
             Some((leaf, picture.clone()))

@@ -1,5 +1,6 @@
 //! Rates between two sets of minima of a landscape, against temperature.
 
+use std::cell::LazyCell;
 use std::fmt::Write as _;
 
 use serde_json::{Value, json};
@@ -10,7 +11,9 @@ use super::network_of_states::NetworkOfStates;
 use crate::figure::MAKER;
 use crate::figure::chart::{Axis, Chart, Corner, Panel, Series};
 use crate::printable::printable;
-use crate::thermal::{Dynamics, Pathway, RateNetwork, SetRates, Superposition};
+use crate::thermal::{
+    Dynamics, Pathway, RateNetwork, SetRates, Superposition, Unreachable, Watching,
+};
 
 /// Settings of [`Kinetics::new`].
 #[derive(Debug, Clone, PartialEq)]
@@ -30,8 +33,9 @@ pub struct KineticsAt {
     pub temperature: f64,
     /// Equilibrium probabilities of sources and targets.
     pub occupation: [f64; 2],
-    /// Rates from the sources to the targets, and back.
-    pub rates: [SetRates; 2],
+    /// Rates from the sources to the targets, and back; `None` if a bound takes the place of a transition state on the way, so
+    /// that the rate is not known.
+    pub rates: [Option<SetRates>; 2],
     /// The fastest pathways from the sources to the targets.
     pub pathways: Vec<Pathway>,
     /// Committor of each minimum: ln of the probability to reach the targets before the sources, so that it is 0 for the
@@ -46,16 +50,18 @@ pub struct Kinetics<'a> {
     sources: &'a [usize],
     targets: &'a [usize],
     settings: &'a KineticsSettings,
+    /// Height of the bound that joins the two sets, if transition states alone do not.
+    pub bounded_at: Option<f64>,
     /// One entry for each temperature.
     pub at: Vec<KineticsAt>,
 }
 
 impl<'a> Kinetics<'a> {
-    /// Computes rates, committors and pathways.
+    /// Computes rates, committors and pathways. `watching` hears of the elimination at each temperature.
     ///
     /// # Errors
-    /// If curvatures are not known, if no sequence of transition states joins the two sets, or if a temperature is too far from
-    /// the energies.
+    /// If curvatures are not known, if no sequence of transition states and bounds joins the two sets, or if a temperature is too
+    /// far from the energies.
     ///
     /// # Panics
     /// If a set is empty or names a minimum that does not exist, if a minimum is in both, or if a temperature is not
@@ -64,9 +70,15 @@ impl<'a> Kinetics<'a> {
         states: &'a NetworkOfStates,
         (sources, targets): (&'a [usize], &'a [usize]),
         settings: &'a KineticsSettings,
+        watching: &Watching<'_>,
     ) -> Result<Self, StudyError> {
         states.check(&settings.temperatures)?;
-        if states.database.transition_states.is_empty() && states.left_out > 0 {
+        let by_bound = LazyCell::new(|| {
+            let some = !states.bounds.is_empty();
+            some.then(|| states.bounded_at(sources, targets)).flatten()
+        });
+        if states.database.transition_states.is_empty() && states.left_out > 0 && by_bound.is_none()
+        {
             return Err(StudyError::NoStateVibrations {
                 name: states.name.clone(),
                 count: states.left_out,
@@ -77,31 +89,51 @@ impl<'a> Kinetics<'a> {
             let network = RateNetwork::new(&states.database, *temperature, settings.dynamics)?;
             let shares = wells.occupation(*temperature);
             let share = |set: &[usize]| set.iter().map(|state| shares[*state]).sum();
-            let between = network.between(sources, targets);
+            let between = network.between_watched(sources, targets, watching);
+            let known = |rates: Result<SetRates, Unreachable>| match rates {
+                Ok(rates) => Ok(Some(rates)),
+                Err(_) if by_bound.is_some() => Ok(None),
+                Err(unreachable) => Err(StudyError::from(unreachable)),
+            };
             Ok(KineticsAt {
                 temperature: *temperature,
                 occupation: [share(sources), share(targets)],
-                rates: [between.forward?, between.backward?],
+                rates: [known(between.forward)?, known(between.backward)?],
                 pathways: network.fastest_pathways(sources, targets, settings.pathways),
                 log_committors: between.log_committors,
             })
         });
+        let at = at.collect::<Result<Vec<KineticsAt>, StudyError>>()?;
+        let unknown = at.iter().any(|at| at.rates.contains(&None));
         Ok(Self {
             states,
             sources,
             targets,
             settings,
-            at: at.collect::<Result<_, StudyError>>()?,
+            bounded_at: if unknown { *by_bound } else { None },
+            at,
         })
+    }
+
+    /// What a reader must know if a bound takes the place of a transition state.
+    fn bound(&self) -> Option<String> {
+        let height = self.bounded_at?;
+        Some(format!(
+            "no sequence of transition states joins the two sets; a way at most {} high does, but a part of it is a bound and no \
+             transition state, so that the rate is not known",
+            as_given(height)
+        ))
     }
 
     /// All numbers. Rates, times and committors are natural logarithms, because they may be beyond the range of numbers.
     pub fn to_json(&self) -> Value {
-        let rates = |rates: &SetRates| {
-            json!({
-                "log_first_passage_rate": rates.first_passage,
-                "log_inverse_mean_time": rates.mean_time,
-                "log_steady_state_rate": rates.steady_state,
+        let rates = |rates: &Option<SetRates>| {
+            rates.map(|rates| {
+                json!({
+                    "log_first_passage_rate": rates.first_passage,
+                    "log_inverse_mean_time": rates.mean_time,
+                    "log_steady_state_rate": rates.steady_state,
+                })
             })
         };
         let at = self.at.iter().map(|at| {
@@ -129,6 +161,7 @@ impl<'a> Kinetics<'a> {
             "targets": self.targets,
             "numbers_in_min_data": self.states.rows.iter().map(|row| row + 1).collect::<Vec<_>>(),
             "friction": self.friction(),
+            "joined_by_a_bound_at": self.bounded_at,
             "at": at.collect::<Vec<_>>(),
         })
     }
@@ -169,7 +202,10 @@ impl<'a> Kinetics<'a> {
         let line = |way: usize| {
             let points = self.at.iter();
             let mut points: Vec<[f64; 2]> = points
-                .map(|at| [1.0 / at.temperature, at.rates[way].first_passage / decades])
+                .filter_map(|at| {
+                    let rates = at.rates[way]?;
+                    Some([1.0 / at.temperature, rates.first_passage / decades])
+                })
                 .collect();
             points.sort_by(|a, b| a[0].total_cmp(&b[0]));
             points
@@ -221,24 +257,27 @@ impl<'a> Kinetics<'a> {
              |---|---|---|---|---|---|---|---|\n",
         );
         for at in &self.at {
-            let [there, back] = &at.rates;
+            let [there, back] = at.rates;
             let _ = writeln!(
                 text,
                 "| {} | {} | {} | {} | {} | {} | {} | {} |",
                 as_given(at.temperature),
                 power(libm::log(at.occupation[0])),
                 power(libm::log(at.occupation[1])),
-                power(there.first_passage),
-                power(-there.mean_time),
-                power(there.steady_state),
-                power(back.first_passage),
-                power(-back.mean_time)
+                told(there, |rates| rates.first_passage),
+                told(there, |rates| -rates.mean_time),
+                told(there, |rates| rates.steady_state),
+                told(back, |rates| rates.first_passage),
+                told(back, |rates| -rates.mean_time)
             );
         }
         text.push_str(
             "\nThe rate is Σ p/T over the minima of the first set: p is the equilibrium share within the set, T the mean \
              first-passage time. The steady-state rate counts every departure that arrives before it returns.\n",
         );
+        if let Some(bound) = self.bound() {
+            let _ = writeln!(text, "\nNote: {bound}.");
+        }
         if self.states.left_out > 0 {
             let _ = writeln!(
                 text,
@@ -255,7 +294,8 @@ impl<'a> Kinetics<'a> {
                 as_given(at.temperature)
             );
             for (rank, pathway) in at.pathways.iter().enumerate() {
-                let share = pathway.log_rate - at.rates[0].steady_state;
+                let steady = at.rates[0].map_or(f64::NAN, |rates| rates.steady_state);
+                let share = pathway.log_rate - steady;
                 let minima: Vec<String> = pathway
                     .states
                     .iter()
@@ -278,6 +318,11 @@ impl<'a> Kinetics<'a> {
         let _ = writeln!(text, "\nMade by {MAKER}.");
         printable(&text, &['\n', '\t']).into_owned()
     }
+}
+
+/// A number of known rates, given by its natural logarithm.
+fn told(rates: Option<SetRates>, log: impl Fn(&SetRates) -> f64) -> String {
+    rates.map_or_else(|| "unknown".to_owned(), |rates| power(log(&rates)))
 }
 
 /// Greatest number of minima of a set whose numbers in `min.data` the text tells; JSON holds all.

@@ -1,7 +1,7 @@
 //! What the summary of `landscape surface` says of a landscape of which only the lowest part was searched.
 
 use super::Digits;
-use super::surface::{ends_of_searches, spell};
+use super::surface::told_ends;
 use crate::printable::counted;
 use crate::topography::{Exploration, LowestReport, Merge};
 
@@ -45,10 +45,10 @@ pub(super) fn told(found: &Exploration, report: &LowestReport, merges: &[Merge])
             100.0 * coverage.chance_of_news
         ),
         format!(
-            "- {}, {} of which ended at a saddle met by climbing; ends of climbs: {}",
+            "- {}, {} of which ended at a saddle met by climbing; climbs ended: {}",
             counted(coverage.searches, "search"),
             coverage.arrived,
-            spell(&ends_of_searches(found))
+            told_ends(found)
         ),
     ]
 }

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use super::error::StudyError;
 use crate::printable::counted;
-use crate::store::{LandscapeFiles, Manifest, StationaryRow, StoreError};
+use crate::store::{EdgeRow, LandscapeFiles, Manifest, StationaryRow, StoreError};
 use crate::topography::exchange::{Database, NO_TRANSITION_STATES, Vibrations};
-use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree, Verdict};
+use crate::topography::{Edge, Evidence, GroupSettings, Groups, MinimumId, Network, Tree, Verdict};
+use petgraph::graph::NodeIndex;
 
 /// The names of the files.
 const FILES: [&str; 2] = ["min.data", "ts.data"];
@@ -41,6 +42,8 @@ pub struct NetworkOfStates {
     /// Number of connections without curvatures (bounds that are no verified saddles, or saddles on a face of a box), which
     /// are left out.
     pub left_out: usize,
+    /// Connections of this program's landscapes that are upper bounds and no transition states: two minima and a height.
+    pub bounds: Vec<([usize; 2], f64)>,
     /// Where the harmonic formulae do not hold and what the files had wrong, a sentence each, without capital and full stop.
     pub notes: Vec<String>,
 }
@@ -127,10 +130,16 @@ impl NetworkOfStates {
         // What was imported says so. Tables do not tell whether this program searched a landscape: which of them there are
         // depends on how it did. Of our own connections, only verified saddles have curvatures.
         let is_own = |manifest: &Manifest| manifest.energy.get("imported").is_none();
-        let evidence = if manifest.as_ref().is_some_and(is_own) {
+        let is_own = manifest.as_ref().is_some_and(is_own);
+        let evidence = if is_own {
             Evidence::Saddle
         } else {
             Evidence::Given
+        };
+        let bounds = if is_own {
+            bounds(&LandscapeFiles::edges(folder)?)
+        } else {
+            Vec::new()
         };
         let groups = GroupSettings {
             barrier: (groups.barrier).or_else(|| manifest?.group_barrier),
@@ -147,6 +156,7 @@ impl NetworkOfStates {
             network,
             evidence,
             left_out,
+            bounds,
             notes,
         })
     }
@@ -208,6 +218,27 @@ impl NetworkOfStates {
         }
     }
 
+    /// The lowest height at which transition states and bounds join a minimum of one set to a minimum of the other.
+    pub(super) fn bounded_at(&self, sources: &[usize], targets: &[usize]) -> Option<f64> {
+        let mut network = self.network.clone();
+        for ([a, b], height) in &self.bounds {
+            let edge = Edge {
+                height: *height,
+                evidence: Evidence::Chain,
+                term: None,
+                length: 0.0,
+            };
+            network.add_edge(NodeIndex::new(*a), NodeIndex::new(*b), edge);
+        }
+        let tree = Tree::from_network(&network, Evidence::Chain);
+        let heights = targets.iter().flat_map(|target| {
+            let heights = tree.heights_to(MinimumId(*target));
+            let heights = sources.iter().filter_map(|source| heights[*source]);
+            heights.collect::<Vec<_>>()
+        });
+        heights.min_by(f64::total_cmp)
+    }
+
     /// The notes as paragraphs of a summary.
     pub(super) fn told_notes(&self) -> String {
         let mut text = String::new();
@@ -224,6 +255,17 @@ fn network_of(database: &Database, evidence: Evidence) -> Network {
         edge.evidence = evidence;
     }
     network
+}
+
+fn bounds(edges: &[EdgeRow]) -> Vec<([usize; 2], f64)> {
+    let kinds = [Evidence::Path, Evidence::Chain].map(Evidence::name);
+    let edges = edges
+        .iter()
+        .filter(|edge| kinds.contains(&edge.evidence.as_str()));
+    let end = |end: u64| usize::try_from(end).ok();
+    edges
+        .filter_map(|edge| Some(([end(edge.a)?, end(edge.b)?], edge.height?)))
+        .collect()
 }
 
 /// The manifest of a landscape of this program; texts of other programs have none.

@@ -83,6 +83,9 @@ impl Searched {
             change(&mut saddle.coordinates);
             saddle.path.images.iter_mut().for_each(change);
         }
+        for bound in &mut self.found.bounds {
+            bound.path.images.iter_mut().for_each(change);
+        }
         for minimum in self.landscape.network.node_weights_mut() {
             change(&mut minimum.coordinates);
         }
@@ -216,7 +219,7 @@ mod tests {
         assert_eq!(database.vibrational_modes, Some(2));
         let told = Superposition::new(&database).unwrap_err().to_string();
         assert!(
-            told.contains("minimum 1") && told.contains("face of a box"),
+            told.contains("m1 ") && told.contains("face of a box"),
             "{told}"
         );
     }

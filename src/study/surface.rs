@@ -17,20 +17,22 @@ use super::uncertainty::Uncertainty;
 use super::{Digits, json as value, tally};
 use crate::energy::Energy;
 use crate::printable::counted;
+use crate::space::Copies;
 use crate::store::{AtomicFolder, Counts, LandscapeFiles, Manifest, Source, StationaryRow};
 use crate::topography::exchange::{Database, points};
 use crate::topography::{
-    Audit, Coverage, Doubt, Exploration, GroupSettings, Landscape, LowestReport, Merge,
+    Audit, Coverage, Doubt, Exploration, GroupSettings, Landscape, LowestReport, Merge, SearchEnd,
     SearchSettings, TransitionState, Verdict, explore_from, explore_lowest,
 };
 
 /// Greatest number of rows of a table in the summary.
 const SHOWN: usize = 20;
 
-const KINKS: &str = "descents ended at the bottom of a kink: the gradient jumps there and does not vanish, so that \
+const KINKS: &str = "ended at the bottom of a kink: the gradient jumps there and does not vanish, so that \
                                 it is no minimum of a smooth surface (round the kink off)";
-const UNFINISHED: &str = "descents from random points ended where the gradient does not vanish: the energy jumps there, \
-                          its domain ends there, it has no lower bound, or its gradient is wrong";
+const UNFINISHED: &str = "from random points ended where the gradient does not vanish: the energy jumps there, \
+                          its domain ends there, it has no lower bound, its gradient is wrong, or a valley is so stiff that the \
+                          evaluations of a descent did not suffice (`max_evaluations` in --config)";
 
 /// The searched surface.
 #[derive(Clone)]
@@ -155,7 +157,7 @@ pub fn search_surface(
         return Err(StudyError::NoMinimum {
             surface: subject.name.to_owned(),
             searches: found.coverage.searches,
-            ends: format!("({}){why}", spell(&ends_of_searches(&found))),
+            ends: format!("({}){why}", told_ends(&found)),
         });
     }
     let landscape = found.landscape(subject.energy, groups);
@@ -196,8 +198,12 @@ impl SurfaceReport<'_> {
         let saddles = self.found.saddles.iter();
         let saddles = points(saddles.map(|saddle| saddle.coordinates.as_slice()));
         folder.write("points.ts", &saddles)?;
-        let kinds = (Coordinates::named(&self.subject.coordinates)).and_then(|kind| kind.kinds());
-        let database = Database::from_exploration(self.found, kinds.as_deref());
+        let kind = Coordinates::named(&self.subject.coordinates);
+        let kinds = kind.as_ref().and_then(Coordinates::kinds);
+        let mut database = Database::from_exploration(self.found, kinds.as_deref());
+        if let Some(copies) = kind.and_then(|kind| kind.copies(self.subject.low.len())) {
+            self.count_copies(&copies, &mut database);
+        }
         let title = format!(
             "{}: {}, {}",
             self.subject.name,
@@ -214,6 +220,24 @@ impl SurfaceReport<'_> {
         conclude(&files, &self.summary(&merges), folder)
     }
 
+    /// Sets the orders of point groups: a point that more symmetries leave in place has fewer copies.
+    fn count_copies(&self, copies: &Copies, database: &mut Database) {
+        let reach = self.settings.sameness.distance;
+        let minima = database.minima.iter_mut().zip(&self.found.minima);
+        let minima = minima.map(|(entry, minimum)| (&mut entry.vibrations, &minimum.coordinates));
+        let saddles = database
+            .transition_states
+            .iter_mut()
+            .zip(&self.found.saddles);
+        let saddles = saddles.map(|(entry, saddle)| (&mut entry.vibrations, &saddle.coordinates));
+        for (vibrations, point) in minima.chain(saddles) {
+            if let Some(vibrations) = vibrations {
+                let order = u32::try_from(copies.stabiliser(point, reach));
+                vibrations.point_group_order = order.unwrap_or(u32::MAX);
+            }
+        }
+    }
+
     fn files(
         &self,
         mapped: &Mapped<'_>,
@@ -227,6 +251,7 @@ impl SurfaceReport<'_> {
         let mut tell = |name: &str, value| findings.insert(name.to_owned(), value);
         tell("saddles", json!(self.found.distinct_saddles().count()));
         tell("coverage", value(self.found.coverage));
+        tell("limits", value(self.found.limits));
         tell("ends_of_searches", json!(ends_of_searches(self.found)));
         tell("refused", value(&self.found.refused));
         if let Some(lowest) = self.lowest {
@@ -306,7 +331,7 @@ impl SurfaceReport<'_> {
     }
 
     fn warnings(&self) -> Vec<String> {
-        let (coverage, components) = (&self.found.coverage, self.landscape.tree.roots.len());
+        let (coverage, components) = (&self.found.coverage, self.found.components());
         let mut warnings = Vec::new();
         let stopped = self.found.stopped;
         if stopped && coverage.searches >= self.settings.max_searches {
@@ -379,11 +404,70 @@ impl SurfaceReport<'_> {
         warnings.extend(no_minima(self.found));
         if components > 1 && self.lowest.is_none() {
             warnings.push(format!(
-                "no saddle was found between {components} components of minima. A ridge where two pieces of the energy meet in a \
-                 kink has none that can be verified, and neither has a jump or a gap of the domain; otherwise one is missing"
+                "no saddle was found between {components} components of minima: {}",
+                self.why_apart()
+            ));
+        }
+        let limits = self.found.limits.filter(|limits| limits.rises > 0);
+        warnings.extend(limits.map(|limits| {
+            format!(
+                "more searches ended at the limit of steps than at a saddle, as on a stiff surface, so that it was raised to {} \
+                 steps{}",
+                limits.steps,
+                if limits.are_low() {
+                    "; it still ends most searches (`steps` in --config raises it further)"
+                } else {
+                    ""
+                }
+            )
+        }));
+        let bounds = self.found.bounds.len();
+        if bounds > 0 {
+            warnings.push(format!(
+                "{} between these components {} a relaxed path over no verified saddle: its height is an upper bound, dashed in the \
+                 pictures, and no transition state, so that ts.data, `thermodynamics` and `rates` leave it out",
+                counted(bounds, "connection"),
+                if bounds == 1 { "is" } else { "are each" }
             ));
         }
         warnings
+    }
+
+    /// The most likely reason why minima are joined by no saddle, as far as counts show it.
+    fn why_apart(&self) -> String {
+        let found = self.found;
+        let ended = |end| found.search_ends.get(&end).copied().unwrap_or(0);
+        let kinks = found.refused.iter().filter(|refused| refused.is_kink());
+        let limits = found.limits.unwrap_or_default();
+        if found.stopped {
+            return "the search was stopped before it ended by itself".to_owned();
+        }
+        if limits.are_low() {
+            return format!(
+                "of the last {} searches {} ended at the limit of {} steps, as on a stiff surface (`steps` in --config raises it)",
+                limits.searches, limits.cut, limits.steps
+            );
+        }
+        let (kinks, jumps) = (kinks.count(), found.coverage.unfinished);
+        if kinks + jumps > 0 {
+            return "the energy has kinks, jumps or gaps (see the descents above), and the ridge between the minima may be one, on \
+                    which no saddle can be verified"
+                .to_owned();
+        }
+        let outside = ended(SearchEnd::Outside);
+        if outside > 0 {
+            return format!(
+                "{outside} searches left the domain, and it may have a gap between them"
+            );
+        }
+        let flat = ended(SearchEnd::Flat);
+        if flat > found.coverage.arrived {
+            return format!(
+                "{flat} searches ended where the surface is flat along the way up, so that the saddle between them may be degenerate \
+                 (without curvature in some direction), and such a saddle may not be verified"
+            );
+        }
+        "one is missing (--patience looks longer), or it lies on a kink, where it cannot be verified".to_owned()
     }
 
     fn summary(&self, merges: &[Merge]) -> String {
@@ -400,10 +484,10 @@ impl SurfaceReport<'_> {
         };
         lines.extend(not_drawn.map(|sentence| format!("- {sentence}")));
         let refused = found.refused.iter();
-        let verdicts = tally(refused.map(|refused| refused.audit.verdict.name()));
+        let verdicts = tally(refused.map(|refused| refused.audit.verdict.told()));
         if !verdicts.is_empty() {
             lines.push(format!(
-                "- points refused by their audit: {}",
+                "- points that are not what a search took them for, and are not listed: {}",
                 spell(&verdicts)
             ));
         }
@@ -436,10 +520,17 @@ impl SurfaceReport<'_> {
         let components = match self.lowest {
             Some(_) => String::new(),
             None => format!(
-                "; {}; {} (relative barrier up to {})",
-                counted(self.landscape.tree.roots.len(), "component"),
-                counted(groups.members.len(), "group"),
-                Digits::of([groups.barrier]).show(groups.barrier)
+                "; {}; {}",
+                counted(found.components(), "component"),
+                if found.minima.len() > 1 && groups.members.len() == found.minima.len() {
+                    "no groups, since no height divides the barriers".to_owned()
+                } else {
+                    format!(
+                        "{} (relative barrier up to {})",
+                        counted(groups.members.len(), "group"),
+                        Digits::of([groups.barrier]).show(groups.barrier)
+                    )
+                }
             ),
         };
         let degenerate = match self.degenerate().iter().sum() {
@@ -471,10 +562,18 @@ impl SurfaceReport<'_> {
         };
         [
             format!(
-                "- {}, {} of which ended at a saddle; the last new point came with search {}",
+                "- {}, {} of which ended at a saddle beside which they had not begun; the last new point came with search {}{}",
                 counted(coverage.searches, "search"),
                 coverage.arrived,
-                coverage.last_new
+                coverage.last_new,
+                if 2 * coverage.last_new < coverage.searches && coverage.doubt.is_none() {
+                    format!(
+                        ", and those after it only make sure (a --patience below {} makes fewer of them)",
+                        self.settings.patience
+                    )
+                } else {
+                    String::new()
+                }
             ),
             format!(
                 "- minima: {} from random points ended in {} of them{others}",
@@ -488,8 +587,8 @@ impl SurfaceReport<'_> {
                 coverage.joined,
                 chance_of_news(coverage)
             ),
-            format!("- completeness: {}", completeness(coverage)),
-            format!("- ends of searches: {}", spell(&ends_of_searches(found))),
+            format!("- completeness: {}", completeness(found)),
+            format!("- searches ended: {}", told_ends(found)),
         ]
     }
 
@@ -588,7 +687,7 @@ fn no_minima(found: &Exploration) -> Vec<String> {
         (found.coverage.unfinished, UNFINISHED),
     ];
     let told = reasons.iter().filter(|(count, _)| *count > 0);
-    told.map(|(count, reason)| format!("{count} {reason}"))
+    told.map(|(count, reason)| format!("{} {reason}", counted(*count, "descent")))
         .collect()
 }
 
@@ -601,12 +700,13 @@ fn mark(audit: &Audit) -> &'static str {
     }
 }
 
-fn completeness(coverage: &Coverage) -> String {
+fn completeness(found: &Exploration) -> String {
+    let coverage = &found.coverage;
     // Enough digits for a share that is small.
     let share = |share: f64| format!("{:.*} %", usize::from(share < 0.1), 100.0 * share);
     let limits = format!(
-        "as far as numbers of hits can tell: a saddle much harder to meet than all of these is not covered, nor a minimum behind it \
-         whose basin is small (of the region, descents leave at most {} for minima in which none has ended; 95 % limit)",
+        "Not covered are saddles much harder to meet than these, and minima with small basins: those in which no descent ended hold \
+         at most {} of the region (95 % limit)",
         share(coverage.undrawn_share_below)
     );
     if coverage.planned > 0 {
@@ -617,14 +717,16 @@ fn completeness(coverage: &Coverage) -> String {
         );
     }
     let unseen = coverage.unseen.map(|least| {
-        format!(
-            "at least {least:.*} (Chao) more saddles are to be expected, and the minima behind them; {}",
-            usize::from(least < 10.0),
-            coverage.unseen_below.map_or_else(
-                || "there is no useful upper limit".to_owned(),
-                |bound| format!("at most {bound} (95 % limit)")
-            )
-        )
+        let expected = if least < 0.5 {
+            "numbers of hits show no missing saddle".to_owned()
+        } else {
+            format!("about {least:.0} saddles or more are missing (Chao's lower bound), and the minima behind them")
+        };
+        let bound = coverage.unseen_below.map_or_else(
+            || "there is no useful upper limit".to_owned(),
+            |bound| format!("up to {bound} may be missing (95 % limit)"),
+        );
+        format!("{expected}; {bound}")
     });
     let doubted = |reason: &str| match &unseen {
         Some(unseen) => format!("nothing is claimed, since {reason}; {unseen}"),
@@ -647,14 +749,22 @@ fn completeness(coverage: &Coverage) -> String {
             share(coverage.undrawn_share_below),
             counted(coverage.draws, "descent"),
         ),
+        Some(Doubt::Few) => {
+            let limits = found.limits.unwrap_or_default();
+            format!(
+                "nothing is claimed, since only {} of {} searches ended at a saddle: on such a surface (stiff, as a rule) saddles are \
+                 easily missed",
+                limits.arrived, limits.searches
+            )
+        }
         Some(Doubt::Kinks) => "nothing is claimed, since the surface has kinks".to_owned(),
         Some(Doubt::Unfinished) => {
             "nothing is claimed, since descents ended where the gradient does not vanish".to_owned()
         }
         None if coverage.sure >= 0.99 => {
-            format!("**99 % sure** of all minima and saddles, {limits}")
+            format!("**99 % sure** of all minima and saddles. {limits}")
         }
-        None if coverage.sure >= 0.95 => format!("95 % sure of all minima and saddles, {limits}"),
+        None if coverage.sure >= 0.95 => format!("95 % sure of all minima and saddles. {limits}"),
         None => format!(
             "{} (--patience looks longer)",
             unseen.unwrap_or_else(
@@ -668,11 +778,17 @@ fn chance_of_news(coverage: &Coverage) -> String {
     if coverage.arrived == 0 {
         return "no search ended at a saddle, so that nothing is known of the next one".to_owned();
     }
+    let limit = if coverage.chance_of_news_below < 1.0 {
+        format!(
+            ", at most {:.2} % (95 % limit)",
+            100.0 * coverage.chance_of_news_below
+        )
+    } else {
+        String::new()
+    };
     format!(
-        "the next search that ends at a saddle ends at a new one with a chance of {:.2} % (Good and Turing), at most {:.2} % (95 % \
-         limit)",
-        100.0 * coverage.chance_of_news,
-        100.0 * coverage.chance_of_news_below
+        "the next search that ends at a saddle ends at a new one with a chance of {:.2} % (Good and Turing){limit}",
+        100.0 * coverage.chance_of_news
     )
 }
 
@@ -681,6 +797,15 @@ pub(super) fn ends_of_searches(found: &Exploration) -> Vec<(String, usize)> {
     fates
         .map(|(fate, count)| (fate.name().to_owned(), *count))
         .collect()
+}
+
+/// How many searches ended where, in words.
+pub(super) fn told_ends(found: &Exploration) -> String {
+    let ends = found.search_ends.iter();
+    let told: Vec<String> = ends
+        .map(|(end, count)| format!("{count} {}", end.told()))
+        .collect();
+    told.join(", ")
 }
 
 pub(super) fn spell(counts: &[(String, usize)]) -> String {

@@ -3,7 +3,10 @@
 use serde_json::Value;
 
 use crate::sample::Rng;
-use crate::space::{Cluster, Euclidean, FixedFrame, Periodic, Rotation, Space, Torus};
+use crate::space::{
+    Cluster, Copies, Euclidean, FixedFrame, Periodic, Rotation, Space, Symmetries, SymmetryError,
+    Torus,
+};
 use crate::store::Manifest;
 use crate::topography::in_box;
 
@@ -25,6 +28,13 @@ pub enum Coordinates {
         elements: Vec<String>,
         /// Whether the coordinates wrap.
         periodic: bool,
+    },
+    /// Numbers or angles of which copies by permutations and changes of sign are the same ([`Symmetries`]).
+    Symmetric {
+        /// Whether they are angles.
+        angles: bool,
+        /// Symmetries that make all others, each a signed number for each coordinate.
+        generators: Vec<Vec<i64>>,
     },
     /// Numbers that never leave the region.
     Box,
@@ -48,6 +58,9 @@ pub enum CoordinatesError {
         /// The number of elements that are named.
         elements: usize,
     },
+    /// The symmetries do not fit the coordinates.
+    #[error(transparent)]
+    Symmetry(#[from] SymmetryError),
     /// A quaternion has four coordinates.
     #[error("{0} coordinates, and a quaternion has four")]
     Rotation(usize),
@@ -70,7 +83,7 @@ impl Coordinates {
     ];
 
     /// The name in files and flags. That of atoms with elements names the element of each: `atoms Ar Ar Kr`, or in a fixed
-    /// frame `flat Ar Ar` and `periodic Ar Ar`.
+    /// frame `flat Ar Ar` and `periodic Ar Ar`. That of symmetries names what makes them: `flat modulo 2 1 3, -1 2 3`.
     pub fn name(&self) -> String {
         let name = match self {
             Self::Flat => "flat",
@@ -80,6 +93,15 @@ impl Coordinates {
             Self::FixedFrame { elements, periodic } => {
                 let frame = if *periodic { "periodic" } else { "flat" };
                 return format!("{frame} {}", elements.join(" "));
+            }
+            Self::Symmetric { angles, generators } => {
+                let frame = if *angles { "angles" } else { "flat" };
+                let numbers = |generator: &Vec<i64>| {
+                    let numbers: Vec<String> = generator.iter().map(i64::to_string).collect();
+                    numbers.join(" ")
+                };
+                let generators: Vec<String> = generators.iter().map(numbers).collect();
+                return format!("{frame} modulo {}", generators.join(", "));
             }
             Self::Box => "box",
             Self::Periodic => "periodic",
@@ -93,6 +115,19 @@ impl Coordinates {
         let plain = Self::PLAIN.into_iter().find(|kind| kind.name() == name);
         plain.or_else(|| {
             let (frame, elements) = name.split_once(' ')?;
+            if let Some(symmetries) = elements.strip_prefix("modulo ") {
+                let generator = |text: &str| {
+                    let numbers = text.split_whitespace().map(|number| number.parse().ok());
+                    numbers.collect::<Option<Vec<i64>>>()
+                };
+                let generators = symmetries
+                    .split(',')
+                    .map(generator)
+                    .collect::<Option<_>>()?;
+                let angles = frame == "angles";
+                return (angles || frame == "flat")
+                    .then_some(Self::Symmetric { angles, generators });
+            }
             let elements = elements.split_whitespace().map(str::to_owned);
             let elements: Vec<String> = elements.collect();
             match frame {
@@ -113,6 +148,14 @@ impl Coordinates {
         match self {
             Self::Atoms => Some(Vec::new()),
             Self::Elements(elements) => Some(kinds(elements)),
+            _ => None,
+        }
+    }
+
+    /// The space of coordinates with declared symmetries; `None` for others, or if they do not fit.
+    pub fn copies(&self, count: usize) -> Option<Copies> {
+        match self {
+            Self::Symmetric { angles, generators } => copies(count, *angles, generators).ok(),
             _ => None,
         }
     }
@@ -154,6 +197,7 @@ impl Coordinates {
                 }
                 Box::new(FixedFrame::new(cell, &kinds))
             }
+            Self::Symmetric { angles, generators } => Box::new(copies(count, *angles, generators)?),
             Self::Flat | Self::Box => Box::new(Euclidean::new(count)),
             Self::Angles => Box::new(Torus::new(count)),
             Self::Atoms if count.is_multiple_of(3) => Box::new(Cluster::new(count / 3)),
@@ -171,6 +215,15 @@ impl Coordinates {
             Self::Rotation => return Err(CoordinatesError::Rotation(count)),
         })
     }
+}
+
+fn copies(count: usize, angles: bool, generators: &[Vec<i64>]) -> Result<Copies, SymmetryError> {
+    let symmetries = Symmetries::new(count, generators)?;
+    Ok(if angles {
+        Copies::of_angles(count, symmetries)
+    } else {
+        Copies::of_numbers(count, symmetries)
+    })
 }
 
 /// Whether two periods differ by more than rounding.
@@ -278,6 +331,17 @@ mod tests {
             let unlike = kind.space((&[0.0; 6], &[4.0, 4.0, 4.0, 5.0, 4.0, 4.0]));
             assert_eq!(unlike.err(), wraps.then_some(CoordinatesError::Unlike));
         }
+    }
+
+    #[test]
+    fn symmetries_have_a_name_that_tells_them() {
+        let name = "angles modulo 2 1 3, 1 2 -3";
+        let kind = Coordinates::named(name).unwrap();
+        assert_eq!(kind.name(), name);
+        let space = kind.space((&[0.0; 3], &[1.0; 3])).unwrap();
+        assert!(space.distance(&[0.1, 0.2, 0.3], &[0.2, 0.1, -0.3]) < 1e-12);
+        assert!(kind.space((&[0.0; 2], &[1.0; 2])).is_err());
+        assert_eq!(Coordinates::named("flat modulo 2 x"), None);
     }
 
     /// The region may come from a file that somebody changed.

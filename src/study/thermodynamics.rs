@@ -56,6 +56,8 @@ pub struct AtTemperature {
     pub frustration: Option<f64>,
     /// Occupation of each superbasin. Minima above the level of the superbasins are missing.
     pub occupation: Vec<f64>,
+    /// Occupation of the lowest minimum of each superbasin alone.
+    pub bottoms: Vec<f64>,
 }
 
 /// Thermodynamics of a landscape in the harmonic superposition approximation.
@@ -115,7 +117,8 @@ impl<'a> Thermodynamics<'a> {
         }
         let at = |temperature: f64| {
             let mut occupation = vec![0.0; count];
-            for (share, superbasin) in wells.occupation(temperature).iter().zip(&superbasin_of) {
+            let shares = wells.occupation(temperature);
+            for (share, superbasin) in shares.iter().zip(&superbasin_of) {
                 if let Some(superbasin) = superbasin {
                     occupation[*superbasin] += share;
                 }
@@ -127,6 +130,7 @@ impl<'a> Thermodynamics<'a> {
                 landscape_entropy: wells.landscape_entropy(temperature),
                 frustration: frustration(&wells, &states.tree, temperature),
                 occupation,
+                bottoms: members.iter().map(|members| shares[members[0]]).collect(),
             }
         };
         let curves: Vec<AtTemperature> = temperatures.into_iter().map(at).collect();
@@ -214,6 +218,7 @@ impl<'a> Thermodynamics<'a> {
                 "landscape_entropy": at.landscape_entropy,
                 "frustration": at.frustration,
                 "occupation": at.occupation,
+                "occupation_of_bottoms": at.bottoms,
             })
         });
         json!({
@@ -238,7 +243,7 @@ impl<'a> Thermodynamics<'a> {
 
     fn csv(&self) -> String {
         let names = self.superbasins.iter();
-        let names = names.map(|members| format!(",occupation_of_m{}", members[0]));
+        let names = names.map(|members| format!(",funnel_of_m{0},m{0}", members[0]));
         let mut text = format!(
             "temperature,energy,heat_capacity,landscape_entropy,frustration{}\n",
             names.collect::<String>()
@@ -250,8 +255,8 @@ impl<'a> Thermodynamics<'a> {
                 "{},{},{},{},{frustration}",
                 at.temperature, at.energy, at.heat_capacity, at.landscape_entropy
             );
-            for share in &at.occupation {
-                let _ = write!(text, ",{share}");
+            for (funnel, bottom) in at.occupation.iter().zip(&at.bottoms) {
+                let _ = write!(text, ",{funnel},{bottom}");
             }
             text.push('\n');
         }
@@ -336,15 +341,19 @@ impl<'a> Thermodynamics<'a> {
         chart
     }
 
-    fn summary(&self) -> String {
-        let states = self.states;
-        let level = match self.level {
+    fn told_level(&self) -> String {
+        match self.level {
             Some(level) => format!(
                 "Superbasins: sets of minima that are connected below the energy {}; a funnel is named after its lowest minimum",
                 Digits::of([level]).show(level)
             ),
             None => "No two minima are connected, so each is a superbasin of its own".to_owned(),
-        };
+        }
+    }
+
+    fn summary(&self) -> String {
+        let states = self.states;
+        let level = self.told_level();
         let mut text = format!(
             "# {}: thermodynamics\n\nHarmonic superposition of {}. {level}. ",
             states.name,
@@ -401,10 +410,14 @@ impl<'a> Thermodynamics<'a> {
         text.push_str("\n| kT | energy | heat capacity | landscape entropy | effective minima | frustration |");
         let notable = self.notable();
         for group in &notable {
-            let _ = write!(text, " m{} |", self.superbasins[*group][0]);
+            let _ = write!(
+                text,
+                " funnel of m{0} | m{0} alone |",
+                self.superbasins[*group][0]
+            );
         }
         text.push_str("\n|---|---|---|---|---|---|");
-        text.push_str(&"---|".repeat(notable.len()));
+        text.push_str(&"---|".repeat(2 * notable.len()));
         text.push('\n');
         let step = self.curves.len().div_ceil(12).max(1);
         let digits = Digits::of(self.curves.iter().map(|at| at.energy));
@@ -420,7 +433,11 @@ impl<'a> Thermodynamics<'a> {
                 libm::exp(at.landscape_entropy)
             );
             for group in &notable {
-                let _ = write!(text, " {:.3} |", at.occupation[*group]);
+                let _ = write!(
+                    text,
+                    " {:.3} | {:.3} |",
+                    at.occupation[*group], at.bottoms[*group]
+                );
             }
             text.push('\n');
         }
@@ -597,6 +614,7 @@ mod tests {
             landscape_entropy: 0.0,
             frustration: None,
             occupation: Vec::new(),
+            bottoms: Vec::new(),
         };
         let curves: Vec<AtTemperature> = [0.1, 0.25, 0.4, 0.5, 0.9].map(at).into();
         let [[x, y]] = peaks(&curves)[..] else {

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use petgraph::algo::astar;
+use petgraph::algo::{astar, dijkstra};
 use petgraph::graph::{DiGraph, NodeIndex};
-use petgraph::visit::{EdgeFiltered, EdgeRef};
+use petgraph::visit::{EdgeFiltered, EdgeRef, Reversed};
 
 use super::log_sum;
 use super::rates::RateNetwork;
@@ -91,6 +91,9 @@ struct Costs {
     last: usize,
     /// What was added to the cost of every pathway.
     shift: f64,
+    /// Least cost from each node to the last one, infinite if no way leads there. Closed edges only make ways longer, so that
+    /// searches are led by it.
+    to_go: Vec<f64>,
 }
 
 impl Costs {
@@ -144,7 +147,14 @@ impl Costs {
                 }
             }
         }
+        let ways = dijkstra(Reversed(&graph), NodeIndex::new(last), None, |edge| {
+            *edge.weight()
+        });
+        let cost = |node: usize| ways.get(&NodeIndex::new(node)).copied();
         Self {
+            to_go: (0..count + 2)
+                .map(|node| cost(node).unwrap_or(f64::INFINITY))
+                .collect(),
             graph,
             first,
             last,
@@ -158,14 +168,14 @@ impl Costs {
         let before = &root[..root.len().saturating_sub(1)];
         let open = EdgeFiltered::from_fn(&self.graph, |edge| {
             let [from, to] = [edge.source().index(), edge.target().index()];
-            !before.contains(&to) && !closed.contains(&[from, to])
+            self.to_go[to].is_finite() && !before.contains(&to) && !closed.contains(&[from, to])
         });
         let (_, nodes) = astar(
             &open,
             NodeIndex::new(start),
             |node| node.index() == self.last,
             |edge| *edge.weight(),
-            |_| 0.0,
+            |node| self.to_go[node.index()],
         )?;
         let mut all: Vec<usize> = before.to_vec();
         all.extend(nodes.iter().map(|node| node.index()));

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use super::elimination::{Elimination, Gains, Unreachable};
+use super::elimination::{Elimination, Gains, Unreachable, Watching};
 use super::superposition::{Missing, Well};
 use super::{log_add, log_sum};
 use crate::topography::exchange::Database;
@@ -222,8 +222,10 @@ impl RateNetwork {
 
     /// As [`RateNetwork::first_passage_times`], with ∞ for states that may never arrive.
     fn times_or_infinity(&self, targets: &[usize]) -> Vec<f64> {
-        let elimination =
-            Elimination::new(&self.rates, &self.marked(targets), vec![0.0; self.states()]);
+        let elimination = {
+            let (kept, quiet) = (self.marked(targets), Watching::default());
+            Elimination::new(&self.rates, &kept, vec![0.0; self.states()], &quiet)
+        };
         let mut values = vec![f64::INFINITY; self.states()];
         for target in targets {
             values[*target] = f64::NEG_INFINITY;
@@ -245,6 +247,19 @@ impl RateNetwork {
     /// # Panics
     /// If one of the sets is empty, a state does not exist, or a state is in both.
     pub fn between(&self, sources: &[usize], targets: &[usize]) -> Between {
+        self.between_watched(sources, targets, &Watching::default())
+    }
+
+    /// As [`RateNetwork::between`], with news of a long elimination.
+    ///
+    /// # Panics
+    /// As [`RateNetwork::between`].
+    pub fn between_watched(
+        &self,
+        sources: &[usize],
+        targets: &[usize],
+        watching: &Watching<'_>,
+    ) -> Between {
         assert!(!sources.is_empty() && !targets.is_empty(), "a set is empty");
         let mut kept = self.marked(sources);
         for target in targets {
@@ -253,7 +268,8 @@ impl RateNetwork {
         for target in targets {
             kept[*target] = true;
         }
-        let elimination = Elimination::new(&self.rates, &kept, vec![0.0; self.states()]);
+        let none = vec![0.0; self.states()];
+        let elimination = Elimination::new(&self.rates, &kept, none, watching);
         let mut committors = vec![f64::NEG_INFINITY; self.states()];
         for target in targets {
             committors[*target] = 0.0;
@@ -274,7 +290,8 @@ impl RateNetwork {
     ) -> Result<SetRates, Unreachable> {
         let is_source = self.marked(sources);
         let kept: Vec<bool> = is_source.iter().map(|source| !source).collect();
-        let elimination = Elimination::new(&others.left, &kept, others.log_sources.clone());
+        let sources_left = others.log_sources.clone();
+        let elimination = Elimination::new(&others.left, &kept, sources_left, &Watching::default());
         let mut times = vec![f64::INFINITY; self.states()];
         for target in targets {
             times[*target] = f64::NEG_INFINITY;

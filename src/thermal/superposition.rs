@@ -11,17 +11,14 @@ pub enum Missing {
     Minima,
     /// A minimum has no vibrational data.
     #[error(
-        "the curvatures of minimum {0} (counted from 0) are not known: it may lie on a face of a box, where it is no harmonic \
-         well"
+        "the curvatures of m{0} are not known: it may lie on a face of a box, where it is no harmonic well"
     )]
     MinimumVibrations(usize),
     /// A transition state has no vibrational data.
-    #[error("the curvatures of transition state {0} (counted from 0) are not known")]
+    #[error("the curvatures of saddle {0} are not known")]
     StateVibrations(usize),
     /// The negative curvature of a transition state is needed (for Kramers rates) and not known.
-    #[error(
-        "the negative curvature of transition state {0} (counted from 0) is not known, and friction needs it"
-    )]
+    #[error("the negative curvature of saddle {0} is not known, and friction needs it")]
     NegativeCurvature(usize),
 }
 

@@ -69,6 +69,20 @@ impl Verdict {
             Self::Outside => "outside",
         }
     }
+
+    /// The verdict in plain words, after a number of points.
+    pub const fn told(self) -> &'static str {
+        match self {
+            Self::Sound => "sound",
+            Self::Degenerate => "not isolated",
+            Self::Moving => "where the gradient does not vanish",
+            Self::Kink => "at the bottom of a kink",
+            Self::Index => "with another number of negative curvatures",
+            Self::Evaporated => "that keep drifting",
+            Self::Duplicate => "known before",
+            Self::Outside => "without finite curvatures",
+        }
+    }
 }
 
 /// The audit of one point. Curvatures are those of the smooth piece of the energy that is lowest there.

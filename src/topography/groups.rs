@@ -12,6 +12,8 @@ use crate::sample::{Task, stream};
 
 /// Relative difference below which barriers are equal: two refinements of one pass differ by rounding only.
 const TIE: f64 = 1e-7;
+/// Difference of barriers, relative to the highest, that is rounding: searches know heights to about this.
+const ROUNDING: f64 = 1e-6;
 
 /// Settings of [`Groups::new`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -24,7 +26,8 @@ pub struct GroupSettings {
     pub highest: Option<f64>,
     /// Greatest number of relative barriers b to try; they are quantiles of those of the network.
     pub levels: usize,
-    /// Number of resamplings of the connections.
+    /// Number of resamplings of the connections. With 0, the level below the widest gap of the barriers is chosen from all of
+    /// them, which suits connections that are known well.
     pub resamplings: usize,
     /// Worst evidence that joins two minima.
     pub worst: Evidence,
@@ -45,12 +48,23 @@ impl Default for GroupSettings {
     }
 }
 
+impl GroupSettings {
+    /// Settings for minima whose lowest saddles are known: no seed decides.
+    pub fn of_saddles() -> Self {
+        Self {
+            resamplings: 0,
+            ..Self::default()
+        }
+    }
+}
+
 /// One level of the scan.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Level {
     /// Relative barrier b.
     pub barrier: f64,
-    /// Mean adjusted Rand index between the partition of the network and those of its resamplings.
+    /// Mean adjusted Rand index between the partition of the network and those of its resamplings. Without resamplings, 1 − b/b′
+    /// for the next greater barrier b′ that joins groups (0 if there is none).
     pub stability: f64,
     /// Number of groups.
     pub groups: usize,
@@ -106,6 +120,16 @@ impl Groups {
         }
         let links = links(network, settings.worst);
         let n = network.node_count();
+        let highest = settings.highest.unwrap_or(f64::INFINITY);
+        if settings.resamplings == 0 {
+            let scan = gaps(n, &links);
+            let allowed = scan.partition_point(|level| level.barrier <= highest);
+            let barrier = most_stable(&scan[..allowed], n).map_or(0.0, |level| level.barrier);
+            return Self {
+                scan,
+                ..Self::below(network, barrier, settings.worst)
+            };
+        }
         let mut barriers: Vec<f64> = links.iter().map(|link| link.2).collect();
         barriers.sort_by(f64::total_cmp);
         barriers.dedup_by(|b, a| *b <= *a + TIE * a.abs());
@@ -113,7 +137,6 @@ impl Groups {
         let mut grid: Vec<f64> = (1..=count)
             .map(|k| barriers[k * barriers.len() / count - 1])
             .collect();
-        let highest = settings.highest.unwrap_or(f64::INFINITY);
         // If all quantiles are too high, the highest allowed barrier becomes a level.
         if grid.first().is_some_and(|first| *first > highest) {
             let allowed = barriers.iter().rev().find(|barrier| **barrier <= highest);
@@ -158,6 +181,41 @@ impl Groups {
             ..Self::below(network, barrier, settings.worst)
         }
     }
+}
+
+/// The levels at which groups of `n` minima join. Barriers that differ by rounding are one level, so the levels do not depend on
+/// the order in which saddles were found.
+fn gaps(n: usize, links: &[(usize, usize, f64)]) -> Vec<Level> {
+    let mut barriers: Vec<f64> = links.iter().map(|link| link.2).collect();
+    barriers.sort_by(f64::total_cmp);
+    let rounding = ROUNDING * barriers.last().copied().unwrap_or(0.0);
+    let runs = barriers.chunk_by(|a, b| b - a <= rounding);
+    let grid: Vec<f64> = runs.filter_map(|run| run.last().copied()).collect();
+    let mut rising: Vec<(usize, usize)> = (links.iter().enumerate())
+        .map(|(k, link)| (grid.partition_point(|b| *b < link.2), k))
+        .collect();
+    rising.sort_unstable();
+    let mut scan: Vec<Level> = Vec::new();
+    let mut groups = n;
+    for (barrier, joined) in grid
+        .iter()
+        .zip(joined(n, links, &rising, grid.len(), |_| true))
+    {
+        if joined.groups == groups {
+            continue;
+        }
+        groups = joined.groups;
+        if let Some(last) = scan.last_mut() {
+            last.stability = 1.0 - last.barrier / barrier;
+        }
+        scan.push(Level {
+            barrier: *barrier,
+            stability: 0.0,
+            groups,
+            largest: joined.largest,
+        });
+    }
+    scan
 }
 
 /// The level that joins all `links` (ends and relative barrier) up to `barrier`, with stability 1, and the group labels.
@@ -387,6 +445,35 @@ mod tests {
         assert_eq!(at(0.2).members.len(), 3);
         assert!((at(0.2).barrier - 0.2).abs() < 1e-15);
         assert_eq!(at(9.0).members.len(), 1);
+    }
+
+    /// Wells on a line, in two orders and with other rounding, as two seeds find them.
+    #[test]
+    fn gaps_do_not_depend_on_order_or_rounding() {
+        let heights = [0.1, 1.0, 0.1, 1.0, 0.1, 3.0, 0.1, 1.0, 0.1];
+        let found = |backward: bool| {
+            let at = |k: usize| if backward { 9 - k } else { k };
+            let edge = |(k, height): (usize, &f64)| {
+                let noise = 1e-9 * at(k) as f64;
+                (at(k), at(k + 1), height + noise, Evidence::Saddle)
+            };
+            let edges: Vec<_> = heights.iter().enumerate().map(edge).collect();
+            Groups::new(&network(&[0.0; 10], &edges), &GroupSettings::of_saddles())
+        };
+        let sizes = [false, true].map(|backward| {
+            let members = found(backward).members;
+            let mut sizes: Vec<usize> = members.iter().map(Vec::len).collect();
+            sizes.sort_unstable();
+            sizes
+        });
+        assert_eq!(sizes[0], [2; 5]);
+        assert_eq!(sizes[0], sizes[1]);
+        // All barriers are equal, so that no level divides the minima.
+        let edges: Vec<_> = (0..3)
+            .map(|k| (k, k + 1, 1.0 + 1e-9 * k as f64, Evidence::Saddle))
+            .collect();
+        let even = Groups::new(&network(&[0.0; 4], &edges), &GroupSettings::of_saddles());
+        assert_eq!(even.members.len(), 4);
     }
 
     #[test]

@@ -57,7 +57,7 @@ pub(crate) use scales::median;
 #[cfg(feature = "cli")]
 pub(crate) use search::mark_branches;
 pub use search::{
-    Coverage, Doubt, Draw, Exploration, LowestReport, LowestSettings, LowestTrace, Refused,
+    Coverage, Doubt, Draw, Exploration, Limits, LowestReport, LowestSettings, LowestTrace, Refused,
     SearchEnd, SearchSettings, SizeProbe, TransitionState, explore, explore_from, explore_lowest,
     in_box, probe_size,
 };

@@ -42,6 +42,8 @@ pub enum Phase {
     Judge,
     /// Surveying the populations of a data set.
     Survey,
+    /// Eliminating minima from a network of rates.
+    Eliminate,
 }
 
 impl Phase {
@@ -63,6 +65,7 @@ impl Phase {
             Self::Simulate | Self::Label | Self::Judge => "grasps",
             Self::Hop | Self::Pairs => "searching",
             Self::Survey => "populations",
+            Self::Eliminate => "eliminating minima",
         }
     }
 }

@@ -168,6 +168,8 @@ const RUNS: [(&str, &[&str]); 22] = [
             "0:6x2",
             "--coordinates",
             "angles",
+            "--symmetries",
+            "@/own's copies.txt",
             "--answer-seconds",
             "90",
             "--protocol",
@@ -399,6 +401,10 @@ fn inputs() -> &'static Desk {
         write("l.csv", "id,label\n2,Tripod\n");
         write("m.toml", "scale = 1.25\n");
         write("waves it's.py", WAVES);
+        write(
+            "own's copies.txt",
+            "1 2 # every point is its own only copy\n",
+        );
         write("pairs.py", PAIRS);
         fs::write(desk.path("-g.parquet"), grasps()).unwrap();
         fs::write(desk.path("held.parquet"), grasps()).unwrap();

@@ -445,3 +445,57 @@ fn completeness_is_claimed_where_it_is_earned() {
     assert!(stopped.contains("--searches allows more"), "{stopped}");
     assert!(!stopped.contains("--patience looks longer"), "{stopped}");
 }
+
+/// Declared copies are one minimum, and the saddles between them join it to itself.
+#[test]
+fn declared_symmetries_make_one_point_of_copies() {
+    if !python() {
+        return;
+    }
+    let desk = Desk::new();
+    let wells = program(
+        &desk,
+        "wells.py",
+        "energy = (x * x - 1) ** 2 + (y * y - 1) ** 2\ngradient = [4 * x * (x * x - 1), 4 * y * (y * y - 1)]",
+    );
+    let arguments = [
+        "--command",
+        &wells,
+        "--region=-2:2x2",
+        "-q",
+        "--patience",
+        "8",
+    ];
+    desk.succeed(&[&arguments[..], &["-o", "all"]].concat());
+    let symmetries = desk.path("copies.txt");
+    fs::write(&symmetries, "# exchange, mirror\n2 1\n-1 2\n").unwrap();
+    let declared = ["--symmetries", "copies.txt", "-o", "one"];
+    desk.succeed(&[&arguments[..], &declared].concat());
+    let counts = |name: &str| {
+        let rows = StationaryRow::read(&desk.path(name)).unwrap();
+        [0, 1].map(|index| rows.iter().filter(|row| row.index == index).count())
+    };
+    assert_eq!((counts("all"), counts("one")), ([4, 4], [1, 1]));
+    // Of 8 symmetries the exchange (or its negative) leaves a minimum in place: 4 copies.
+    let minima = fs::read_to_string(desk.path("one/min.data")).unwrap();
+    assert_eq!(minima.split_whitespace().nth(2), Some("2"), "{minima}");
+    for (text, said) in [
+        ("1 2\n-2 3\n", "does not name coordinate 1"),
+        ("2 one\n", "line 1: `one` is no number"),
+        ("1 2 3\n", "has 3 numbers"),
+        ("# none\n", "holds no symmetry"),
+    ] {
+        fs::write(&symmetries, text).unwrap();
+        let told = desk.mistake(&[&arguments[..], &declared].concat());
+        assert!(told.contains(said), "{told}");
+    }
+    let tilted = program(
+        &desk,
+        "tilted.py",
+        "energy = (x * x - 1) ** 2 + y * y + 0.1 * x\ngradient = [4 * x * (x * x - 1) + 0.1, 2 * y]",
+    );
+    fs::write(&symmetries, "1 -2\n-1 2\n").unwrap();
+    let arguments = ["--command", &tilted, "--region=-2:2x2", "-q"];
+    let told = desk.mistake(&[&arguments[..], &declared].concat());
+    assert!(told.contains("symmetry 2 changes the energy"), "{told}");
+}

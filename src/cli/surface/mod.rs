@@ -54,6 +54,11 @@ pub(super) struct Surface {
     /// atoms of one element are the same. Without it all atoms of `atoms` are equal.
     #[arg(long, value_name = "LIST", requires = "command")]
     elements: Option<String>,
+    /// Permutations and changes of sign of flat coordinates or angles that leave the energy as it is: a text file with one
+    /// on each line, as a signed number for each coordinate, counted from 1 (`2 1 -3` exchanges the first two and negates
+    /// the third). Copies then count as one point.
+    #[arg(long, value_name = "FILE", requires = "command", value_hint = clap::ValueHint::FilePath)]
+    symmetries: Option<PathBuf>,
     /// Greatest time for one answer of the program.
     #[arg(
         long,
@@ -427,7 +432,7 @@ fn map(
         },
         stage_ended: &|name, evaluations| watch.lap(name, evaluations),
     };
-    let mut groups = configuration.groups(GroupSettings::default())?;
+    let mut groups = configuration.groups(GroupSettings::of_saddles())?;
     groups.barrier = command.groups.group_barrier.or(groups.barrier);
     tell_what_is_sought(command, common, lowest.as_ref(), probed);
     // The usual limit decides what is searched for, and an interrupted run may go on with a time or without.

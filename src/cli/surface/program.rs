@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use anyhow::{bail, ensure};
+use anyhow::{Context, bail, ensure};
 
 use super::{Coordinates, Surface};
 use crate::cli::args::within;
@@ -48,6 +48,19 @@ pub(super) fn region(flag: &str) -> anyhow::Result<Region> {
 
 /// The kind of the coordinates of a program's energy.
 pub(super) fn kind(command: &Surface) -> anyhow::Result<study::Coordinates> {
+    if let Some(path) = &command.symmetries {
+        let angles = match command.coordinates {
+            Coordinates::Flat => false,
+            Coordinates::Angles => true,
+            _ => bail!("--symmetries: give them for `--coordinates flat` or `angles` only"),
+        };
+        ensure!(
+            command.elements.is_none(),
+            "--symmetries and --elements do not go together: renumbered atoms are copies already"
+        );
+        let generators = symmetries(path)?;
+        return Ok(study::Coordinates::Symmetric { angles, generators });
+    }
     let Some(list) = &command.elements else {
         ensure!(
             command.coordinates != Coordinates::FixedFrame,
@@ -71,6 +84,64 @@ pub(super) fn kind(command: &Surface) -> anyhow::Result<study::Coordinates> {
              `periodic` for atoms among others that stay"
         ),
     }
+}
+
+/// Reads a file of `--symmetries`. Empty lines and what follows a `#` do not count.
+fn symmetries(path: &Path) -> anyhow::Result<Vec<Vec<i64>>> {
+    let named = || format!("--symmetries {}", path.display());
+    let text = std::fs::read_to_string(path).with_context(named)?;
+    let mut generators = Vec::new();
+    for (row, line) in text.lines().enumerate() {
+        let line = line.split('#').next().unwrap_or_default();
+        let numbers: Vec<i64> = (line.split_whitespace())
+            .map(|word| {
+                let wrong = || {
+                    format!(
+                        "{}: line {}: `{word}` is no number of a coordinate, such as 2 or -2",
+                        named(),
+                        row + 1
+                    )
+                };
+                word.parse().ok().with_context(wrong)
+            })
+            .collect::<anyhow::Result<_>>()?;
+        if !numbers.is_empty() {
+            generators.push(numbers);
+        }
+    }
+    ensure!(!generators.is_empty(), "{}: it holds no symmetry", named());
+    Ok(generators)
+}
+
+/// Relative difference between the energies of a point and its copy that rounding explains.
+const ROUNDING: f64 = 1e-6;
+
+/// Compares the energies of random points with those of their copies by each of the generators.
+fn check_symmetries(
+    generators: &[Vec<i64>],
+    energy: &External,
+    points: &[Vec<f64>],
+) -> anyhow::Result<()> {
+    let mut gradient = vec![0.0; energy.space().tangents()];
+    let mut of = |x: &[f64]| energy.evaluate(x, &mut gradient);
+    let energies: Vec<f64> = points.iter().map(|x| of(x)).collect();
+    let largest = energies.iter().filter(|energy| energy.is_finite());
+    let largest = largest.fold(0.0, |most: f64, energy| most.max(energy.abs()));
+    for (row, numbers) in generators.iter().enumerate() {
+        for (x, here) in points.iter().zip(&energies) {
+            let place = |n: &i64| usize::try_from(n.unsigned_abs()).unwrap_or(0) - 1;
+            let value = |n: &i64| if *n < 0 { -x[place(n)] } else { x[place(n)] };
+            let copy: Vec<f64> = numbers.iter().map(value).collect();
+            let there = of(&copy);
+            check(energy)?;
+            ensure!(
+                (there - here).abs() <= ROUNDING * largest || there.total_cmp(here).is_eq(),
+                "--symmetries: symmetry {} changes the energy from {here} to {there} at {x:?}, so that it is none",
+                row + 1
+            );
+        }
+    }
+    Ok(())
 }
 
 /// Parses `Ar,Ar,Kr`, or `Ar2,Kr` for the same.
@@ -106,6 +177,7 @@ fn space(
         study::Coordinates::Elements(_) | study::Coordinates::FixedFrame { .. } => {
             anyhow::anyhow!("--elements: --region has {error}")
         }
+        study::Coordinates::Symmetric { .. } => anyhow::anyhow!("--symmetries: {error}"),
         kind => anyhow::anyhow!("--coordinates {}: --region has {error}", kind.name()),
     };
     kind.space(region).map_err(told)
@@ -131,7 +203,8 @@ pub(super) fn start(
     within("--answer-seconds", ANSWER_TIME, seconds)?;
     let limit = Duration::from_secs_f64(seconds);
     let step = difference_step((low, high));
-    let space = space(&kind(command)?, (low, high))?;
+    let kind = kind(command)?;
+    let space = space(&kind, (low, high))?;
     let external = External::start(program, space, step)?
         .with_answer_limit(limit)
         .with_protocol(command.protocol.into());
@@ -153,6 +226,9 @@ pub(super) fn start(
     let checked = check_gradient(energy, &points, step);
     check(&external)?;
     checked?;
+    if let study::Coordinates::Symmetric { generators, .. } = &kind {
+        check_symmetries(generators, &external, &points)?;
+    }
     Ok(external)
 }
 

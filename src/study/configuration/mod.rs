@@ -274,7 +274,7 @@ impl SurfaceFile {
         Self {
             search: Some(SearchSettings::default()),
             lowest: Some(LowestSettings::default()),
-            groups: Some(GroupSettings::default()),
+            groups: Some(GroupSettings::of_saddles()),
         }
     }
 }

@@ -91,7 +91,7 @@ fn read(of: &ConfigurationFile<'_>, text: &str) -> Result<Table, String> {
             Ok(plain(&SurfaceFile {
                 search: Some(search),
                 lowest: Some(found.lowest(LowestSettings::default()).unwrap()),
-                groups: Some(found.groups(GroupSettings::default()).unwrap()),
+                groups: Some(found.groups(GroupSettings::of_saddles()).unwrap()),
             }))
         }
         ConfigurationFile::Stability(_) => {

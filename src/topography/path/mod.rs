@@ -86,6 +86,46 @@ impl Path {
         }
     }
 
+    /// Adds the highest point of the lines from the top to its neighbours, so that the height is not below that of the way
+    /// through the points. Found by golden sections, to about 10⁻⁹ of a line.
+    pub(super) fn crest(&mut self, energy: &dyn Energy) {
+        const GOLDEN: f64 = 0.618_033_988_749_894_9;
+        let (space, top) = (energy.space(), self.top());
+        let mut gradient = vec![0.0; space.tangents()];
+        let mut tangent = gradient.clone();
+        let ends = [
+            top.checked_sub(1),
+            (top + 1 < self.images.len()).then_some(top + 1),
+        ];
+        let mut best: Option<(f64, usize, Vec<f64>)> = None;
+        for end in ends.into_iter().flatten() {
+            let (from, to) = (&self.images[top], &self.images[end]);
+            let mut at = |t: f64| {
+                let x = between(space, from, to, t, &mut tangent);
+                (energy.evaluate(&x, &mut gradient), x)
+            };
+            let (mut low, mut high) = (0.0, 1.0);
+            while high - low > 1e-9 {
+                let [a, b] = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
+                if at(a).0 >= at(b).0 {
+                    high = b;
+                } else {
+                    low = a;
+                }
+            }
+            let (height, x) = at(0.5 * (low + high));
+            if height.is_finite()
+                && height > best.as_ref().map_or(self.energies[top], |best| best.0)
+            {
+                best = Some((height, top.max(end), x));
+            }
+        }
+        if let Some((height, place, x)) = best {
+            self.images.insert(place, x);
+            self.energies.insert(place, height);
+        }
+    }
+
     pub(in crate::topography) fn through(energy: &dyn Energy, images: Vec<Vec<f64>>) -> Self {
         let mut gradient = vec![0.0; energy.space().tangents()];
         let energies = images

@@ -3,13 +3,13 @@
 use super::coverage::{Counts, Coverage, Doubt};
 use super::flat::{Bottom, same_bottom, same_saddle};
 use super::outcome::{Outcome, SearchEnd};
-use super::{Exploration, SearchSettings};
+use super::{Exploration, Limits, SearchSettings};
 use crate::energy::Energy;
 use crate::optimize::Quench;
 use crate::space::Space;
 use crate::space::vector::times;
 use crate::topography::audit::{Audit, AuditSettings, Verdict, examine};
-use crate::topography::barrier::Crossing;
+use crate::topography::barrier::{Connection, Crossing};
 use crate::topography::eigen::Piece;
 use crate::topography::minima::MatchTolerance;
 use crate::topography::network::{Minimum, MinimumId};
@@ -253,7 +253,8 @@ impl Census {
         None
     }
 
-    pub(super) fn take(&mut self, energy: &dyn Energy, outcome: Outcome) {
+    /// Takes over what a search found and returns how it ended.
+    pub(super) fn take(&mut self, energy: &dyn Energy, outcome: Outcome) -> SearchEnd {
         self.searches += 1;
         self.evaluations += outcome.evaluations;
         let mut unfinished = outcome.unfinished;
@@ -282,6 +283,7 @@ impl Census {
             }
         }
         *self.search_ends.entry(fate).or_insert(0) += 1;
+        fate
     }
 
     /// The minima in the form that the path search needs.
@@ -418,7 +420,15 @@ impl Census {
 
     /// Connected component of each minimum in the network of saddles.
     pub(super) fn components(&self) -> Vec<usize> {
+        self.components_with(&[])
+    }
+
+    /// Connected component of each minimum in the network of saddles and some bounds.
+    pub(super) fn components_with(&self, bounds: &[Connection]) -> Vec<usize> {
         let mut sets = petgraph::unionfind::UnionFind::new(self.minima.len());
+        for bound in bounds {
+            sets.union(bound.from.0, bound.to.0);
+        }
         for saddle in &self.saddles {
             sets.union(saddle.ends[0], saddle.ends[1]);
         }
@@ -426,7 +436,7 @@ impl Census {
     }
 
     /// The reason, if any, why completeness cannot be claimed.
-    fn doubt(&self, stopped: bool) -> Option<Doubt> {
+    fn doubt(&self, stopped: bool, limits: &Limits) -> Option<Doubt> {
         let audits = (self.minima.iter().map(|known| &known.audit))
             .chain(self.saddles.iter().map(|found| &found.audit));
         let components = self.components();
@@ -444,6 +454,8 @@ impl Census {
             .any(|component| *component != components[0])
         {
             Some(Doubt::Apart)
+        } else if limits.leave_few() && !self.saddles.is_empty() {
+            Some(Doubt::Few)
         } else if stopped {
             Some(Doubt::Stopped)
         } else {
@@ -452,14 +464,18 @@ impl Census {
     }
 
     /// All results, sorted by energy. `planned` is the number of searches that were still to be made if the search was
-    /// stopped before it ended by itself.
+    /// stopped before it ended by itself. Of the `bounds`, those between components of the network of saddles are kept.
     pub(super) fn finish(
         self,
         energy: &dyn Energy,
         spent: usize,
         planned: Option<usize>,
+        limits: Limits,
+        mut bounds: Vec<Connection>,
     ) -> Exploration {
         let stopped = planned.is_some();
+        let component = self.components();
+        bounds.retain(|bound| component[bound.from.0] != component[bound.to.0]);
         let saddles = self.saddles.iter().enumerate();
         let places = saddles.filter(|(number, saddle)| saddle.place == *number);
         let hits: Vec<usize> = places.map(|(_, saddle)| saddle.hits).collect();
@@ -471,7 +487,7 @@ impl Census {
             unfinished: self.unfinished,
             hits: &hits,
             draws: &draws,
-            doubt: self.doubt(stopped),
+            doubt: self.doubt(stopped, &limits),
         });
         let order: Vec<usize> = self.by_energy[0]
             .0
@@ -482,6 +498,14 @@ impl Census {
         for (id, old) in order.iter().enumerate() {
             number[*old] = id;
         }
+        for bound in &mut bounds {
+            let [from, to] = [bound.from, bound.to].map(|end| MinimumId(number[end.0]));
+            (bound.from, bound.to) = (from.min(to), from.max(to));
+            if from > to {
+                bound.path = std::mem::take(&mut bound.path).reversed();
+            }
+        }
+        bounds.sort_by_key(|bound| (bound.from, bound.to));
         let mut saddles: Vec<Option<Found>> = self.saddles.into_iter().map(Some).collect();
         let by_energy = self.by_energy[1].0.iter();
         let mut saddles: Vec<TransitionState> = by_energy
@@ -520,8 +544,10 @@ impl Census {
             minima,
             audits,
             saddles,
+            bounds,
             refused: self.refused,
             search_ends: self.search_ends,
+            limits: Some(limits),
             coverage,
             evaluations: self.evaluations + spent,
             stopped,

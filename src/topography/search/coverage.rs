@@ -21,6 +21,8 @@ pub enum Doubt {
     Alone,
     /// Descents ended at kinks, which are not smooth minima.
     Kinks,
+    /// Few searches ended at a saddle, as on stiff surfaces: saddles may be missing that are hardly ever met.
+    Few,
     /// Descents from random points ended where the gradient does not vanish: the energy jumps there, its domain ends
     /// there, it has no lower bound, or its gradient is wrong.
     Unfinished,

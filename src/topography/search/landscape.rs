@@ -25,7 +25,8 @@ impl Exploration {
         network
     }
 
-    /// The landscape with the lowest saddle of each pair, the merge tree, and groups.
+    /// The landscape with the lowest saddle of each pair, the bounds between minima that no saddles join, the merge tree, and
+    /// groups.
     pub fn landscape(&self, energy: &dyn Energy, groups: &GroupSettings) -> Landscape {
         let mut pairs: BTreeMap<[MinimumId; 2], Vec<&TransitionState>> = BTreeMap::new();
         for saddle in self
@@ -57,6 +58,11 @@ impl Exploration {
                 crossings: saddles.into_iter().map(Crossing::from).collect(),
                 evaluations: 0,
             });
+        }
+        for bound in &self.bounds {
+            let ends = [bound.from, bound.to].map(|end| NodeIndex::new(end.0));
+            network.add_edge(ends[0], ends[1], bound.edge.clone());
+            connections.push(bound.clone());
         }
         Landscape {
             tree: Tree::from_network(&network, Evidence::Chain),

@@ -10,6 +10,7 @@ mod flat;
 mod funnels;
 mod join;
 mod landscape;
+mod limit;
 mod outcome;
 mod searcher;
 mod settings;
@@ -27,6 +28,8 @@ pub use funnels::{
     LowestReport, LowestSettings, LowestTrace, SizeProbe, explore_lowest, probe_size,
 };
 use join::Joiner;
+use limit::Limit;
+pub use limit::Limits;
 use outcome::Outcome;
 pub use outcome::SearchEnd;
 use rayon::prelude::*;
@@ -36,6 +39,7 @@ pub use start::in_box;
 use start::{Gait, Start};
 
 use super::audit::{Audit, Verdict};
+use super::barrier::Connection;
 use super::journal::{JournalError, Run};
 use super::network::Minimum;
 use super::{Phase, Tally};
@@ -55,10 +59,14 @@ pub struct Exploration {
     /// Distinct saddles, lowest first. A saddle where n > 2 valleys meet is listed n − 1 times, with different ends; the
     /// audits of all but the first say of which one they are duplicates.
     pub saddles: Vec<TransitionState>,
+    /// Relaxed paths between minima that no sequence of saddles joins: upper bounds and no transition states.
+    pub bounds: Vec<Connection>,
     /// Points that failed their audit.
     pub refused: Vec<Refused>,
     /// Number of searches by the way they ended.
     pub search_ends: BTreeMap<SearchEnd, usize>,
+    /// The limits of the searches and what they did; `None` if only the lowest part was searched.
+    pub limits: Option<Limits>,
     /// How complete the minima and saddles are.
     pub coverage: Coverage,
     /// Evaluations spent.
@@ -73,6 +81,14 @@ impl Exploration {
         let saddles = self.saddles.iter();
         saddles.filter(|saddle| saddle.audit.verdict != Verdict::Duplicate)
     }
+
+    /// Number of sets of minima that saddles join.
+    pub fn components(&self) -> usize {
+        let mut sets = petgraph::unionfind::UnionFind::new(self.minima.len());
+        let ends = self.saddles.iter().map(|saddle| saddle.ends);
+        let joined = ends.filter(|[from, to]| sets.union(from.0, to.0)).count();
+        self.minima.len() - joined
+    }
 }
 
 /// Explores a smooth surface, given only its energy and random points.
@@ -81,8 +97,10 @@ impl Exploration {
 /// random places: around minima and saddles and, most often, part of the way down from random points. From each distinct
 /// saddle two descents lead to minima; new minima are searched from in turn. Points are distinguished by energy and by
 /// distance modulo the symmetry of the space. The search ends when `patience` searches for every point found brought
-/// nothing new. Minima that no saddle joins are then joined by relaxed paths if possible, and the search continues from
-/// what those find. No expected number of points is used. Rings, troughs and plateaus consist of points that are not
+/// nothing new. Where its limits of steps and evaluations end many searches, and more than arrive at a saddle, they are doubled,
+/// up to four times, and what they had ended is tried again. Minima that no saddle joins are then joined by relaxed paths if
+/// possible, and the search continues from what those find. Where it finds no saddle, the path is an upper bound
+/// ([`Exploration::bounds`]). No expected number of points is used. Rings, troughs and plateaus consist of points that are not
 /// isolated; each is represented by the first point found. Two of one energy are one if a walk along level directions joins them,
 /// and apart if descents from between their points end on both sides of a ridge. Where these descents end elsewhere, both count
 /// as one.
@@ -116,22 +134,24 @@ pub fn explore_from(
     run: &Run<'_>,
 ) -> Result<Exploration, JournalError> {
     let counted = Counted::new(energy);
-    let searcher = Searcher {
-        energy,
-        draw,
-        known,
-        settings,
-    };
     let mut census = Census::new(settings);
+    let mut limit = Limit::new(settings);
     let mut queue: VecDeque<Start> = (0..known.len()).map(Start::Known).collect();
     let (mut queued, mut round) = (0, 0);
     let mut joiner = Joiner::default();
     let planned = loop {
+        let limited = limit.settings().clone();
+        let searcher = Searcher {
+            energy,
+            draw,
+            known,
+            settings: &limited,
+        };
         let plan: Vec<Start> = (0..settings.batch.max(1))
             .map(|_| queue.pop_front().unwrap_or(Start::Random))
             .collect();
         let patience = settings.patience.saturating_mul(census.found().max(1));
-        let expected = census.last_new.saturating_add(patience);
+        let expected = limit.since(&census).saturating_add(patience);
         let tally = Tally::after(
             Phase::Search,
             census.searches,
@@ -154,8 +174,8 @@ pub fn explore_from(
             outcomes
         })?;
         round += 1;
-        for outcome in outcomes {
-            census.take(&counted, outcome);
+        for (start, outcome) in plan.into_iter().zip(outcomes) {
+            limit.note(start, census.take(&counted, outcome));
         }
         for (minimum, known) in census.minima.iter().enumerate().skip(queued) {
             queue.extend(along_modes(minimum, known.modes.len().min(settings.modes)));
@@ -164,7 +184,11 @@ pub fn explore_from(
         if census.searches >= settings.max_searches || run.is_over() {
             break Some(queue.len());
         }
-        let idle = census.searches - census.last_new;
+        if limit.rises() {
+            queue.extend(limit.rise(&census));
+            continue;
+        }
+        let idle = census.searches - limit.since(&census);
         let patience = settings.patience.saturating_mul(census.found().max(1));
         if queue.is_empty()
             && idle >= patience
@@ -174,7 +198,7 @@ pub fn explore_from(
         }
     };
     let spent = usize::try_from(counted.evaluations()).unwrap_or(usize::MAX);
-    Ok(census.finish(energy, spent, planned))
+    Ok(census.finish(energy, spent, planned, limit.counts, joiner.bounds))
 }
 
 /// Starts from a minimum along its first modes, in both directions, carefully and boldly.

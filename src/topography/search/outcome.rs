@@ -38,6 +38,21 @@ impl SearchEnd {
             Self::Outside => "outside",
         }
     }
+
+    /// Where the search ended, in plain words.
+    pub const fn told(self) -> &'static str {
+        match self {
+            Self::Arrived => "at a saddle",
+            Self::Evaporated => "at a saddle from which a descent reached no minimum",
+            Self::Index => {
+                "at a point that is neither a minimum nor a saddle, or back at a minimum"
+            }
+            Self::Flat => "where the surface is flat along the way up",
+            Self::High => "far above all points found",
+            Self::Steps => "at the limit of steps",
+            Self::Outside => "outside the domain",
+        }
+    }
 }
 
 #[derive(Serialize, Deserialize)]

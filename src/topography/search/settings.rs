@@ -26,7 +26,8 @@ pub struct SearchSettings {
     pub quench: QuenchSettings,
     /// Tolerance within which two stationary points are the same.
     pub sameness: MatchTolerance,
-    /// Greatest number of steps of a search.
+    /// Greatest number of steps of a search at first. Where more searches end by it than at a saddle, it is doubled, up to four
+    /// times, with the greatest number of evaluations of a descent.
     pub steps: usize,
     /// Number of modes followed from each minimum in both directions, softest first.
     pub modes: usize,
