@@ -216,7 +216,7 @@ class Landscape:
     def edges(self) -> Table:
         """The pairs that were tried: ``a``, ``b``, ``height`` (NaN: no path), ``relative_barrier``, ``length`` (of the path,
         metres for grasps), ``evidence``, ``term`` (that rises most), ``way`` (sliding, rolling, regrasping, letting go),
-        ``chain_runs``, ``evaluations``."""
+        ``chain_runs`` (of sequential ADELM), ``evaluations``."""
         return Table(self._native.edges())
 
     @cached_property

@@ -149,7 +149,7 @@ class TreePanel {
     }
   }
 
-  // A dot on a merge: filled if a lower way is unlikely, hollow if it is likely or nobody searched.
+  // A dot on a merge: filled if a lower way is unlikely, hollow if it is likely or the merge was not searched.
   support(pen, node, at) {
     if (!this.side.tree.tested) return;
     const share = this.side.tree.support[node];
@@ -413,7 +413,7 @@ function routeInTree({ parent }, [a, b]) {
 // What independent searches say of a merge, without a full stop.
 function searchesAcross(tree, node) {
   const searches = tree.searches[node];
-  if (!searches) return "untested: no search looked for a lower way";
+  if (!searches) return "not searched: no search looked for a lower way";
   const chance = percent(1 - tree.support[node]);
   return `${tree.ended[node]} of ${plural(searches, "independent search", "independent searches")} ended at this height; the chance that a lower way exists is ${chance}`;
 }

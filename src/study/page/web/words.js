@@ -38,8 +38,8 @@ const MEANINGS = {
   stable: "Whether the object stayed in the hand in the simulation.",
   joins: "Energy of the lowest pass that was found from this minimum to the rest: where its branch joins the tree.",
   support:
-    "How sure it is that this branch joins the rest no lower: 1 minus the chance that a lower way exists, estimated from how many " +
-    "independent searches ended at this height and found nothing lower. Empty: nobody searched.",
+    "How sure it is that this branch joins the rest no lower: 1 minus the chance that a lower way exists. The chance follows from how " +
+    "many independent searches across the join ended here, at its height: the more, the less likely a lower way. –: not searched.",
   evidence:
     "On what the height of the join rests. saddle, seam: verified, the slope is zero there. path: the top of a relaxed path. " +
     "chain: an upper bound. given: taken from another program.",
