@@ -154,8 +154,8 @@ fn compare(
         let settings = MapSettings {
             neighbours,
             pruned,
-            // Repeated chains serve the support of merges only.
-            decisive_replicas: 0,
+            // Searches across merges find what no pair shows.
+            searches: 0,
             ..settings.clone()
         };
         build_landscape(

@@ -129,7 +129,7 @@ fn measure(
 fn lighter(settings: MapSettings) -> MapSettings {
     MapSettings {
         neighbours: NEIGHBOURS,
-        decisive_replicas: 0,
+        searches: 0,
         seed: SEED,
         ..settings
     }
@@ -253,7 +253,7 @@ fn report(rows: &[Row]) -> Result<(), Box<dyn Error>> {
          Evaluations of energy and gradient that `map` spends on connecting n minima, which are drawn at random from all those of \
          one landscape: grasps of the human hand on the round bottle, and a sum of 60 random waves of {ANGLES} angles. Pairs: each \
          minimum with its {NEIGHBOURS} nearest ones, the minimum spanning tree, and links between components left apart; \
-         no repeated chains for the support of merges; all else as `landscape build` has it. The exponent is the slope of \
+         no searches across merges; all else as `landscape build` has it. The exponent is the slope of \
          the logarithms, with its 95 % interval by the normal linear model over all maps.\n"
     );
     let mut series = Vec::new();

@@ -116,7 +116,7 @@ fn pairs_joined_at_the_bottom_are_skipped_and_the_tree_is_the_same() {
                 let settings = MapSettings {
                     pruned,
                     batch: 4,
-                    decisive_replicas: 0,
+                    searches: 0,
                     ..scales.clone()
                 };
                 build_landscape(&energy, &kernel, minima.clone(), &settings, &Run::default())

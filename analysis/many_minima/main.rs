@@ -175,7 +175,7 @@ fn map(side: usize) -> Result<(), Box<dyn Error>> {
     let (minima, _) = distinct(&energy, &found, &SAMENESS, 1e-6);
     let settings = MapSettings {
         sameness: SAMENESS,
-        resamplings: 0,
+        searches: 0,
         neighbours: 4,
         ..MapSettings::for_scales(1.0, 1.0)
     };

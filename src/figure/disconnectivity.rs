@@ -21,7 +21,7 @@ const LABEL_RADIUS: f64 = 9.0;
 const SUPPORT: [(f64, Colour, &str); 3] = [
     (0.95, INK, "95 % or more"),
     (0.70, PALE_LINE, "70 to 95 %"),
-    (0.00, WHITE, "less, or untested"),
+    (0.00, WHITE, "less, or not searched"),
 ];
 
 /// A merge tree with a circle at the end of every branch.
@@ -40,7 +40,7 @@ pub struct DisconnectivityPicture {
     /// Text in the legend about trees that are not connected to each other.
     pub apart: String,
     /// Support of each node of the tree ([`Searched::support`](crate::topography::Searched::support)); `None` marks a merge as
-    /// untested. No marks are drawn if this is empty.
+    /// not searched. No marks are drawn if this is empty.
     pub support: Vec<Option<f64>>,
     /// Width and height of the graph in canvas units.
     pub size: [u32; 2],

@@ -113,7 +113,9 @@ pub fn read_attempts(folder: &Path, files: &LandscapeFiles) -> Result<Attempts, 
                 let large = || unexpected("search", row.search.to_string(), "a number".to_owned());
                 Start::Chain {
                     backward: row.start == "backward",
-                    replica: number.filter(|number| *number < MOST_SEARCHES).ok_or_else(large)?,
+                    replica: number
+                        .filter(|number| *number < MOST_SEARCHES)
+                        .ok_or_else(large)?,
                 }
             }
             "straight" => Start::Straight,
@@ -146,7 +148,7 @@ mod tests {
 
     #[test]
     fn attempts_come_back() {
-        let attempt = |(a, b), start, law, height| Attempt {
+        let attempt = |(a, b), start, law: Option<[f64; 2]>, height: Option<f64>| Attempt {
             from: MinimumId(a),
             to: MinimumId(b),
             start,

@@ -275,7 +275,9 @@ impl Drawing<'_> {
                     .collect(),
                 network: &groups,
                 tree: groups_tree.clone(),
-                support: carried((self.tree, &support), &groups_tree, |leaf| MinimumId(lowest[leaf])),
+                support: carried((self.tree, &support), &groups_tree, |leaf| {
+                    MinimumId(lowest[leaf])
+                }),
                 leaves: &leaves,
                 picked,
             },
@@ -301,7 +303,9 @@ impl Drawing<'_> {
         if searched.iter().all(Option::is_none) {
             return Vec::new();
         }
-        let support = searched.iter().map(|found| found.map(|found| found.support()));
+        let support = searched
+            .iter()
+            .map(|found| found.map(|found| found.support()));
         support.collect()
     }
 
@@ -363,7 +367,9 @@ impl Drawing<'_> {
         }
         let mut tree = DisconnectivityPicture::new(drawn.tree, &Network::default());
         tree.leaves = leaves_shown(shown, view);
-        tree.support = carried((&shown.tree, &shown.support), &tree.tree, |leaf| view.minima[leaf]);
+        tree.support = carried((&shown.tree, &shown.support), &tree.tree, |leaf| {
+            view.minima[leaf]
+        });
         if let Some((count, height)) = cut {
             tree.apart = format!("apart: joined above {height:.2}");
             let merges = if count == 1 { "merge" } else { "merges" };

@@ -10,8 +10,7 @@ use super::json;
 use crate::energy::{Energy, Explain};
 use crate::grasp::GraspEnergy;
 use crate::store::{
-    Fault, GraspFile, GraspRow, LandscapeFiles, Population, Source, StoreError,
-    read_attempts,
+    Fault, GraspFile, GraspRow, LandscapeFiles, Population, Source, StoreError, read_attempts,
 };
 use crate::topography::{
     Attempts, Connection, Evidence, Groups, Landscape, MapSettings, MinimumId, Network,
@@ -253,4 +252,3 @@ impl EarlierLandscape {
 fn minimum_id(number: u64) -> MinimumId {
     MinimumId(usize::try_from(number).unwrap_or(usize::MAX))
 }
-

@@ -9,9 +9,7 @@ use super::{json, median};
 use crate::figure::rarefaction_chart;
 use crate::printable::counted;
 use crate::store::AtomicFolder;
-use crate::topography::{
-    Attempt, Evidence, LEAST_MEMBERS, Landscape, Node, Rarefaction, Start,
-};
+use crate::topography::{Attempt, Evidence, LEAST_MEMBERS, Landscape, Node, Rarefaction, Start};
 
 /// The inputs of a landscape of grasps.
 pub(super) const GRASPS: &str = "grasps";
@@ -103,7 +101,10 @@ fn searches(landscape: &Landscape) -> Searches {
     });
     Searches {
         searches: chains.len(),
-        arrived: chains.iter().filter(|attempt| attempt.barrier.is_some()).count(),
+        arrived: chains
+            .iter()
+            .filter(|attempt| attempt.barrier.is_some())
+            .count(),
         median_excess: median(excesses.collect()),
     }
 }

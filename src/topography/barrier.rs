@@ -150,6 +150,24 @@ impl Connector<'_> {
         self.relaxed(energy, pair, &self.geodesics(energy, pair))
     }
 
+    /// Relaxes the straight line only.
+    pub(super) fn connect_straight(&self, energy: &dyn Energy, pair: Pair<'_>) -> Connection {
+        let (from, to) = (&pair.minima.0.coordinates, &pair.minima.1.coordinates);
+        let ways = geodesics(energy.space(), from, to, 0.0);
+        let starts: Vec<_> = ways.into_iter().map(|way| (Start::Straight, way)).collect();
+        self.relaxed(energy, pair, &starts)
+    }
+
+    /// Relaxes the points from `start`, which lead from one minimum to the other.
+    pub(super) fn connect_along(
+        &self,
+        energy: &dyn Energy,
+        pair: Pair<'_>,
+        start: (Start, Vec<Vec<f64>>),
+    ) -> Connection {
+        self.relaxed(energy, pair, &[start])
+    }
+
     /// Relaxes a way that is known, and the geodesics again.
     pub(super) fn improve(
         &self,

@@ -198,7 +198,9 @@ pub(super) fn merged(
     let joined: BTreeMap<_, _> = chosen.iter().map(between).collect();
     let between_basins = |mut attempt: Attempt| {
         let (from, to) = (place[attempt.from.0], place[attempt.to.0]);
-        if from > to && let Start::Chain { backward, .. } = &mut attempt.start {
+        if from > to
+            && let Start::Chain { backward, .. } = &mut attempt.start
+        {
             *backward = !*backward;
         }
         (attempt.from, attempt.to) = (MinimumId(from.min(to)), MinimumId(from.max(to)));

@@ -125,10 +125,7 @@ mod tests {
     use crate::topography::{Evidence, Network};
 
     fn three() -> Network {
-        let edges = [
-            (0, 1, 1.0, Evidence::Saddle),
-            (1, 2, 2.0, Evidence::Saddle),
-        ];
+        let edges = [(0, 1, 1.0, Evidence::Saddle), (1, 2, 2.0, Evidence::Saddle)];
         network(&[0.0, 0.1, 0.2], &edges)
     }
 
@@ -162,7 +159,10 @@ mod tests {
             tolerance: 0.001,
         };
         let found = attempts.of_merges(&tree);
-        assert!(found[..4].iter().all(Option::is_none), "a straight line is no test");
+        assert!(
+            found[..4].iter().all(Option::is_none),
+            "a straight line is no test"
+        );
         let top = found[4].unwrap();
         assert_eq!((top.searches, top.ended_here), (4, 2));
         assert!((top.lower - 0.2).abs() < 1e-12, "{}", top.lower);

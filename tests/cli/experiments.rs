@@ -124,8 +124,6 @@ fn a_finished_landscape_is_drawn_compared_and_exchanged() {
     let line = format!("draw {} -o {}", folder.display(), whole.display());
     out.succeed(&line);
     let text = |path: &Path| fs::read_to_string(path).unwrap();
-    // What the support of merges rests on.
-    assert!(folder.join("resampled.parquet").is_file());
     // Nothing hidden, nothing changed.
     for name in ["tree.nwk", "tree.dot", "tree.json", "barriers.graphml"] {
         assert_eq!(text(&folder.join(name)), text(&whole.join(name)), "{name}");
@@ -346,7 +344,7 @@ fn first_lines_answer_the_question() {
     let first = brief.lines().next().unwrap();
     assert_eq!(first, format!("{headline} Open g.landscape/report.html"));
     assert!(
-        !brief.contains("resamplings") && brief.contains("g.landscape/summary.md"),
+        !brief.contains("raw chains") && brief.contains("g.landscape/summary.md"),
         "{brief}"
     );
     let summary = fs::read_to_string(desk.path("g.landscape/summary.md")).unwrap();
@@ -365,5 +363,5 @@ fn first_lines_answer_the_question() {
         full.starts_with(&headline) && !full.contains("Open again"),
         "{full}"
     );
-    assert_says(&full, &["resamplings"]);
+    assert_says(&full, &["raw chains"]);
 }

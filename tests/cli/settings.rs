@@ -93,7 +93,7 @@ fn settings_of_a_file_are_used() {
 fn mistakes_in_files_of_settings() {
     let desk = Desk::with_grasps();
     fs::write(desk.path("typo.toml"), "[map]\nneigbours = 3\n").unwrap();
-    fs::write(desk.path("huge.toml"), "[map]\nresamplings = 4000000000\n").unwrap();
+    fs::write(desk.path("huge.toml"), "[map]\nsearches = 4000000000\n").unwrap();
     fs::write(desk.path("few.toml"), "[search]\nbatch = 0\n").unwrap();
     for (line, words) in [
         (
@@ -102,7 +102,7 @@ fn mistakes_in_files_of_settings() {
         ),
         (
             "build g.parquet --config huge.toml",
-            ["huge.toml", "map.resamplings = 4e9", "is not from"],
+            ["huge.toml", "map.searches = 4e9", "is not from"],
         ),
         (
             "build g.parquet --config absent.toml",

@@ -1,5 +1,5 @@
 //! Paths between two minima: strings and bands, both ways around a ring, modulo the symmetry of an object, between close
-//! ridges, and with objections. No chains help unless a test says so.
+//! ridges, and with objections.
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 mod surfaces;
@@ -9,14 +9,13 @@ use std::f64::consts::PI;
 use landscape::energy::Energy;
 use landscape::energy::model::{LennardJones, MullerBrown, Orientation, ThreeHole};
 use landscape::optimize::{QuenchSettings, quench};
-use landscape::sample::{Kernel, Mala};
 use landscape::space::{
     Euclidean, PoseMetric, PoseSpace, Rotation, Space, Symmetry, Torus, object_from_hand,
     pose_coordinates,
 };
 use landscape::topography::{
-    AuditSettings, Connection, Connector, Effort, Evidence, MapSettings, Minimum, MinimumId, Pair,
-    PathMethod, Start, Verdict, audit,
+    AuditSettings, Connection, Connector, Evidence, MapSettings, Minimum, MinimumId, Pair,
+    PathMethod, Run, Start, Verdict, audit, build_landscape,
 };
 use nalgebra::{Isometry3, Vector3};
 use serde_json::Value;
@@ -49,39 +48,25 @@ fn minima_below(energy: &dyn Energy, starts: &[Vec<f64>]) -> Vec<Minimum> {
 /// Settings for paths that start as straight lines only.
 fn straight_only(energy: f64, length: f64, method: PathMethod) -> MapSettings {
     let mut settings = MapSettings::for_scales(energy, length);
-    settings.chain.attempts = 0;
+    settings.searches = 0;
     settings.path.method = method;
     settings
 }
 
-fn connect(
-    energy: &dyn Energy,
-    kernel: &dyn Kernel,
-    ends: (&Minimum, &Minimum),
-    settings: &MapSettings,
-) -> Connection {
+/// The path from the straight line between two minima.
+fn straight(energy: &dyn Energy, ends: (&Minimum, &Minimum), settings: &MapSettings) -> Connection {
     let connector = Connector {
-        chain: &settings.chain,
         path: &settings.path,
         quench: &settings.quench,
         sameness: &settings.sameness,
     };
-    let effort = Effort {
-        attempt: 0,
-        seed: settings.seed,
-    };
     let pair = Pair {
         ids: (MinimumId(0), MinimumId(1)),
         minima: ends,
-        effort,
+        attempt: 0,
         known: f64::INFINITY,
     };
-    connector.connect(energy, kernel, pair)
-}
-
-/// The path from the straight line between two minima.
-fn straight(energy: &dyn Energy, ends: (&Minimum, &Minimum), settings: &MapSettings) -> Connection {
-    connect(energy, &Mala::new(energy), ends, settings)
+    connector.connect(energy, pair)
 }
 
 const METHODS: [PathMethod; 2] = [PathMethod::String, PathMethod::Band];
@@ -407,7 +392,7 @@ fn a_ridge_between_two_images_is_seen() {
 }
 
 #[test]
-fn what_passes_through_the_object_is_restarted_from_a_chain_or_marked() {
+fn what_passes_through_the_object_is_marked_and_a_search_leads_around_it() {
     let energy = Ring(Euclidean::new(2));
     let minima = minima_below(&energy, &[vec![-0.9, -0.3], vec![0.9, -0.3]]);
     let ends = (&minima[0], &minima[1]);
@@ -420,8 +405,10 @@ fn what_passes_through_the_object_is_restarted_from_a_chain_or_marked() {
             Some("through the object")
         );
         assert!(threaded.edge.height < 0.6);
-        settings.chain.attempts = 1;
-        let around = connect(&energy, &Guide(&energy), ends, &settings);
+        settings.searches = 2;
+        let run = Run::default();
+        let map = build_landscape(&energy, &Guide(&energy), minima.clone(), &settings, &run);
+        let around = map.unwrap().connections.remove(0);
         assert!(matches!(around.start, Some(Start::Chain { .. })));
         assert_eq!(around.invalid_reason, None);
         assert_eq!(around.edge.evidence, Evidence::Saddle);

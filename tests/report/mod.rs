@@ -475,7 +475,7 @@ fn other_landscapes_have_their_own_panels() {
         r##"await settled(); const { energy, columns } = panels.flat.map;
         const passes = document.querySelector("#way .words").textContent;
         const { tree } = model.sides[0];
-        Object.assign(tree, { resamplings: 200, support: tree.support.map(() => 0.5) });
+        Object.assign(tree, { support: tree.support.map(() => 0.5) });
         const joins = [[1, 2], [0, 1]].map(pair => panels.way.told(routeOf(pair)));
         finish({ map: columns * columns === energy.length, at: panels.flat.found(panels.flat.at(model.coordinates(1))), passes, joins });"##,
     );

@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use landscape::store::{GraspFile, LandscapeFiles, Overrides, StationaryRow, read_resampled};
+use landscape::store::{GraspFile, LandscapeFiles, Overrides, StationaryRow};
 
 fn golden(name: &str) -> PathBuf {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/schema_1");
@@ -74,8 +74,6 @@ fn landscapes_of_schema_1_are_read() {
     assert_eq!(files.edges[0].evidence, "seam");
     assert!((files.edges[0].height.unwrap() - 0.185562).abs() < 1e-6);
     assert!(files.paths.len() > 50);
-    let network = files.network(&map).unwrap();
-    assert_eq!(read_resampled(&map, &network).unwrap().len(), 200);
 
     let surface = golden("surface");
     let files = LandscapeFiles::read(&surface).unwrap();

@@ -9,14 +9,12 @@ use crate::limits::{
 
 /// Keys of numbers that are not merely positive. All others that may have a fraction are [`POSITIVE_SETTING`]s, and all
 /// counts are [`COUNT_SETTING`]s.
-const RANGES: [(&str, Limit); 29] = [
+const RANGES: [(&str, Limit); 28] = [
     ("attempts", COUNT_SETTING),
     ("barrier", SETTING),
     ("ceiling", SETTING),
     ("coarse_iterations", COUNT_SETTING_OR_ZERO),
     ("choice_rounds", COUNT_SETTING_OR_ZERO),
-    ("confirm_rounds", COUNT_SETTING_OR_ZERO),
-    ("decisive_replicas", COUNT_SETTING_OR_ZERO),
     ("energy_tolerance", SETTING),
     ("halvings", GRID_SETTING),
     ("highest", SETTING),
@@ -36,6 +34,7 @@ const RANGES: [(&str, Limit); 29] = [
     ("rivalry", SHARE),
     ("rounds", COUNT_SETTING_OR_ZERO),
     ("roughness", SETTING),
+    ("searches", COUNT_SETTING_OR_ZERO),
     ("seed", SEED_SETTING),
     ("segments", NEIGHBOURS_SETTING),
     ("settled", SHARE),

@@ -43,7 +43,11 @@ pub(super) fn tree(tree: &Tree, attempts: &Attempts, pack: &mut Pack) -> Value {
     let nodes = || tree.nodes.iter();
     let energies: Vec<f64> = nodes().map(|node| node.energy).collect();
     let searched = attempts.of_merges(tree);
-    let counts = |count: fn(&Searched) -> usize| searched.iter().map(move |found| found.as_ref().map_or(0, count));
+    let counts = |count: fn(&Searched) -> usize| {
+        searched
+            .iter()
+            .map(move |found| found.as_ref().map_or(0, count))
+    };
     json!({
         "width": layout.width,
         "x": pack.floats(&layout.x),

@@ -139,7 +139,11 @@ fn passes_of(count: usize) -> String {
 /// How well searches support the merges.
 fn supported(tree: &Tree, attempts: &Attempts) -> Option<Statement> {
     let found = attempts.of_merges(tree);
-    let merges = tree.nodes.iter().filter(|node| !node.children.is_empty()).count();
+    let merges = tree
+        .nodes
+        .iter()
+        .filter(|node| !node.children.is_empty())
+        .count();
     let known: Vec<f64> = (found.iter().flatten())
         .map(|searched| searched.support())
         .collect();
@@ -160,7 +164,7 @@ fn supported(tree: &Tree, attempts: &Attempts) -> Option<Statement> {
             match doubtful {
                 0 => String::new(),
                 _ => format!(
-                    "; for {doubtful} it is more than {:.0} %, or nobody searched (hollow dots): {} may be lower",
+                    "; for {doubtful} it is more than {:.0} %, or no search crossed the merge (hollow dots): {} may be lower",
                     100.0 * (1.0 - DOUBTFUL),
                     if doubtful == 1 { "that one" } else { "those" }
                 ),

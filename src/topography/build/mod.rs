@@ -30,9 +30,9 @@ use crate::optimize::Quench;
 use crate::sample::Kernel;
 pub use grow::grow_landscape;
 use rest::at_rest;
-use waypoints::Waypoints;
 pub(super) use rest::by_energy;
 pub use settings::MapSettings;
+use waypoints::Waypoints;
 
 /// Maps the surface between `minima`.
 ///
@@ -266,7 +266,10 @@ impl LandscapeBuilder<'_> {
             }
             let tally = (self.run).tally_of_round(Phase::Retry, (round, most), pairs.len());
             for pair in &pairs {
-                self.tried.entry(*pair).and_modify(|tries| *tries = (*tries).max(1)).or_insert(1);
+                self.tried
+                    .entry(*pair)
+                    .and_modify(|tries| *tries = (*tries).max(1))
+                    .or_insert(1);
             }
             let found = self.each(&pairs, &tally, "retry", &|connector, pair| {
                 connector.improve(self.energy, pair, &self.best[&(pair.ids.0.0, pair.ids.1.0)])

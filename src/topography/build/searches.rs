@@ -3,7 +3,9 @@
 //! A search draws two minima on both sides of a merge, a temperature and a direction, and runs a chain from one to the other
 //! whose force grows until it arrives. Raw chains lie far above the passes that they cross, but they go from basin to basin in
 //! a good order. Descents from their points find these basins, straight strings between neighbouring basins find the passes,
-//! and the search has the height of the highest of them.
+//! and the search has the height of the highest of them. A chain that visits no basin between its ends is relaxed itself.
+
+use std::collections::BTreeMap;
 
 use petgraph::graph::NodeIndex;
 use rand::RngExt;
@@ -34,7 +36,7 @@ const TEMPERATURES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 const FARTHER: f64 = 2.0 / 3.0;
 
 /// How often the way of a chain is halved at most: descents from up to 2ⁿ − 1 of its points find its basins.
-const HALVINGS: u32 = 4;
+const HALVINGS: u32 = 3;
 
 /// First random stream of the chains of searches; diagrams and sequential maps have kinds of their own.
 const CHAINS: u64 = 1 << 60;
@@ -49,14 +51,25 @@ struct Draw {
     height: f64,
 }
 
-/// The basins that a chain visits, in order.
+impl Draw {
+    fn start(&self) -> Start {
+        Start::Chain {
+            backward: self.backward,
+            replica: self.number,
+        }
+    }
+}
+
+/// What a chain found.
 #[derive(Serialize, Deserialize)]
 struct Way {
     /// Highest energy of the chain, infinite if none arrived, and the last force.
     #[serde(with = "bits::list")]
     barrier_and_force: Vec<f64>,
-    /// Bottoms of the basins, from the lower minimum; empty if no chain arrived.
+    /// Bottoms of the basins that it visited, in order from the lower minimum; empty if no chain arrived.
     basins: Path,
+    /// The chain itself if it visited no basin between its ends; else empty.
+    direct: Path,
     evaluations: usize,
 }
 
@@ -238,6 +251,7 @@ impl LandscapeBuilder<'_> {
         let mut way = Way {
             barrier_and_force: vec![f64::INFINITY, force],
             basins: Path::default(),
+            direct: Path::default(),
             evaluations: 0,
         };
         for attempt in 0..settings.attempts {
@@ -264,6 +278,9 @@ impl LandscapeBuilder<'_> {
                 way.visit(lower);
                 self.descend_between(&path.images, (lower, higher), HALVINGS, &mut way);
                 way.visit(higher);
+                if way.basins.images.len() == 2 {
+                    way.direct = path;
+                }
                 break;
             }
             force *= settings.escalation;
@@ -298,6 +315,16 @@ impl LandscapeBuilder<'_> {
             way.visit(&here);
         }
         self.descend_between(&points[middle..], (&here, ends.1), halvings - 1, way);
+    }
+
+    /// Two basins of which only a way below `height` matters.
+    fn pair_of(&self, (a, b): (usize, usize), height: f64) -> Pair<'_> {
+        Pair {
+            ids: (MinimumId(a), MinimumId(b)),
+            minima: (self.basin(a), self.basin(b)),
+            attempt: 0,
+            known: height,
+        }
     }
 
     /// Connects the neighbouring basins of all ways of a round, and adds the searches to the attempts.
@@ -346,16 +373,32 @@ impl LandscapeBuilder<'_> {
             &open,
             |((a, b), _)| format!("leg/{a}-{b}"),
             |(pair, height)| {
-                let pair = Pair {
-                    ids: (MinimumId(pair.0), MinimumId(pair.1)),
-                    minima: (self.basin(pair.0), self.basin(pair.1)),
-                    attempt: 0,
-                    known: *height,
-                };
-                self.connector().connect(self.energy, pair)
+                let pair = self.pair_of(*pair, *height);
+                self.connector().connect_straight(self.energy, pair)
             },
         )?;
-        for leg in legs {
+        let direct: Vec<(&Draw, &Path)> = (draws.iter().zip(ways))
+            .filter(|(_, way)| !way.direct.images.is_empty())
+            .map(|(draw, way)| (draw, &way.direct))
+            .collect();
+        let tally = self.run.tally_of_round(Phase::Cross, round, direct.len());
+        let relaxed: Vec<Connection> = self.run.each(
+            &tally,
+            &direct,
+            |(draw, _)| format!("direct/{}", draw.number),
+            |(draw, path)| {
+                let pair = self.pair_of(draw.pair, draw.height + tolerance);
+                let points = path.images.clone();
+                self.connector()
+                    .connect_along(self.energy, pair, (draw.start(), points))
+            },
+        )?;
+        let heights = relaxed.iter().map(|connection| connection.edge.height);
+        let own: BTreeMap<usize, f64> = (direct.iter())
+            .map(|(draw, _)| draw.number)
+            .zip(heights)
+            .collect();
+        for leg in legs.into_iter().chain(relaxed) {
             self.evaluations += leg.evaluations;
             self.collect_unlisted_minima(&leg);
             self.keep_leg(leg);
@@ -367,15 +410,13 @@ impl LandscapeBuilder<'_> {
                 let below = joined(pair).filter(|height| *height < draw.height - tolerance);
                 direct.min(below.unwrap_or(f64::INFINITY))
             });
-            let height = steps.fold(f64::NEG_INFINITY, f64::max);
+            let composed = steps.fold(f64::NEG_INFINITY, f64::max);
+            let height = own.get(&draw.number).copied().unwrap_or(composed);
             let (barrier, force) = (way.barrier_and_force[0], way.barrier_and_force[1]);
             self.attempts.push(Attempt {
                 from: MinimumId(draw.pair.0),
                 to: MinimumId(draw.pair.1),
-                start: Start::Chain {
-                    backward: draw.backward,
-                    replica: draw.number,
-                },
+                start: draw.start(),
                 law: Some([draw.temperature, force]),
                 barrier: Some(barrier).filter(|barrier| barrier.is_finite()),
                 height: Some(height).filter(|height| height.is_finite()),

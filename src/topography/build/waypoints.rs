@@ -19,7 +19,7 @@ use crate::topography::tree::spanning_forest;
 /// Segments of the straight line that may join the foot of a descent with a minimum beside it.
 const PARTS: usize = 8;
 
-/// Basins that are no minimum of the map, and legs between any two basins. Numbers of waypoints follow those of the minima.
+/// Basins that are no minimum of the map, and legs that end in one. Numbers of waypoints follow those of the minima.
 #[derive(Default)]
 pub(super) struct Waypoints {
     pub(super) minima: Vec<Minimum>,
@@ -148,6 +148,10 @@ impl LandscapeBuilder<'_> {
 
     fn keep(&mut self, leg: Connection) {
         let pair = (leg.from.0, leg.to.0);
+        if pair.1 < self.minima.len() {
+            self.take(leg);
+            return;
+        }
         let known = self.waypoints.legs.get(&pair);
         if known.is_none_or(|known| claim(&leg).beats(claim(known), 0.0, 0.0)) {
             self.waypoints.legs.insert(pair, leg);
@@ -264,7 +268,9 @@ impl LandscapeBuilder<'_> {
         connection.edge.height = highest.edge.height.max(path.height());
         connection.edge.term = rising_term(self.energy, top, minima);
         connection.edge.length = path.length(space);
-        connection.invalid_reason.clone_from(&highest.invalid_reason);
+        connection
+            .invalid_reason
+            .clone_from(&highest.invalid_reason);
         connection.path = path;
         Some(connection)
     }

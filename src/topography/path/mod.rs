@@ -69,7 +69,8 @@ impl Path {
     /// Appends a path that starts where this one ends.
     pub(in crate::topography) fn append(&mut self, next: &Self) {
         let skipped = usize::from(!self.images.is_empty());
-        self.images.extend(next.images.iter().skip(skipped).cloned());
+        self.images
+            .extend(next.images.iter().skip(skipped).cloned());
         self.energies.extend(next.energies.iter().skip(skipped));
     }
 

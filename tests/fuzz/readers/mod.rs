@@ -315,7 +315,7 @@ fn landscape_with(name: &str, bytes: &[u8], folder: &Path) -> Result<(), String>
     fs::write(folder.join(name), bytes).unwrap();
     let files = LandscapeFiles::read(folder).map_err(|error| error.to_string())?;
     told(StationaryRow::read(folder))?;
-    told(read_attempts(folder, files.minima.len()))
+    told(read_attempts(folder, &files))
 }
 
 /// Complete records are read, the rest is cut off, and the journal can be continued.

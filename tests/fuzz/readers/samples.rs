@@ -292,12 +292,13 @@ pub(crate) fn landscape_folder() -> &'static Path {
             ..StationaryRow::default()
         };
         StationaryRow::write(&[saddle], &folder).unwrap();
-        let attempt = |start, barrier| Attempt {
+        let attempt = |start, barrier: Option<f64>| Attempt {
             from: MinimumId(0),
             to: MinimumId(1),
             start,
+            law: barrier.map(|_| [0.1, 2.0]),
             barrier,
-            found: vec![(MinimumId(0), MinimumId(1), 0.5)],
+            height: Some(0.5),
         };
         let chain = Start::Chain {
             backward: true,
