@@ -24,6 +24,7 @@ use rayon::prelude::*;
 use surface::Surface;
 
 mod flood;
+mod planted;
 mod surface;
 
 const MODES: i32 = 2;

@@ -64,7 +64,7 @@ impl MapSettings {
             pruned: true,
             join_rounds: 3,
             retry_rounds: 2,
-            searches: 12,
+            searches: 10,
             chain: ChainSettings::for_scales(energy, length),
             path: PathSettings::for_scales(energy, length),
             quench: QuenchSettings::for_scales(energy, length),
