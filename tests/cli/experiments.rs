@@ -354,7 +354,7 @@ fn first_lines_answer_the_question() {
             &headline,
             "**different grasps** are the minima",
             "Each is the lowest pass found",
-            "does not tell whether a lower pass exists",
+            "but a lower one may exist",
             "## Largest families",
         ],
     );

@@ -475,8 +475,10 @@ fn other_landscapes_have_their_own_panels() {
         r##"await settled(); const { energy, columns } = panels.flat.map;
         const passes = document.querySelector("#way .words").textContent;
         const { tree } = model.sides[0];
-        Object.assign(tree, { support: tree.support.map(() => 0.5) });
-        const joins = [[1, 2], [0, 1]].map(pair => panels.way.told(routeOf(pair)));
+        const joins_told = pair => panels.way.told(routeOf(pair));
+        const unsearched = joins_told([1, 2]);
+        Object.assign(tree, { tested: true, support: tree.support.map(() => 0.5), searches: tree.searches.map(() => 8), ended: tree.ended.map(() => 6) });
+        const joins = [unsearched, joins_told([1, 2])];
         finish({ map: columns * columns === energy.length, at: panels.flat.found(panels.flat.at(model.coordinates(1))), passes, joins });"##,
     );
     assert_eq!(
@@ -491,11 +493,9 @@ fn other_landscapes_have_their_own_panels() {
             "The lowest pass found; its slope is zero (verified).",
         ],
     );
-    // All minima hang below the root of any tree, so nothing is said of it.
-    let of_join = "The same minima hang below this join in 50 % of 200 trees";
-    assert_says(told["joins"][0].as_str().unwrap(), &[of_join]);
-    let of_root = told["joins"][1].as_str().unwrap();
-    assert!(!of_root.contains("200 trees"), "{of_root}");
+    let of_join = "6 of 8 independent searches ended at this height; the chance that a lower way exists is 50 %";
+    assert!(!told["joins"][0].as_str().unwrap().contains("search"));
+    assert_says(told["joins"][1].as_str().unwrap(), &[of_join]);
     let told = act(
         &browser,
         &desk,

@@ -415,9 +415,9 @@ function searchesAcross(tree, node) {
   const searches = tree.searches[node];
   if (!searches) return "not searched: no search looked for a lower way";
   const chance = percent(1 - tree.support[node]);
-  return `${tree.ended[node]} of ${plural(searches, "independent search", "independent searches")} ended at this height; the chance that a lower way exists is ${chance}`;
+  const found = `${tree.ended[node]} of ${plural(searches, "independent search", "independent searches")} ended at this height`;
+  return `${found}; the chance that a lower way exists is ${chance}`;
 }
-
 
 function percent(share) {
   return Number.isNaN(share) ? "–" : Math.round(100 * share) + " %";

@@ -156,7 +156,7 @@ class WayPanel {
       `${shown(height[way] - Math.max(model.energy(a), model.energy(b)), 3)} above the higher end.`,
       `${bound[0].toUpperCase()}${bound.slice(1)}.`,
       dominating ? `Mostly ${dominating} makes it high.` : "",
-      merge === null ? "" : `${searchesAcross(side.tree, merge)}.`,
+      merge === null || !side.tree.tested ? "" : `${searchesAcross(side.tree, merge)}.`,
       kinds.length ? `On the way the hand ${kinds.map(name => DOES[name] ?? name).join(", ")}.` : "",
     ]
       .filter(part => part)
