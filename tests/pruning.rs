@@ -48,8 +48,7 @@ pub(crate) fn difference(a: &Tree, b: &Tree, count: usize) -> f64 {
 
 /// Number of pairs with chains.
 fn tried(found: &Landscape) -> usize {
-    let connections = found.connections.iter();
-    connections.filter(|c| !c.forward.is_empty()).count()
+    found.attempts.list.len()
 }
 
 #[test]

@@ -42,7 +42,7 @@ pub(super) struct Uncertainty {
     /// The merges, sorted by height.
     pub(super) merges: Vec<MergeRow>,
     /// What the searches did.
-    pub(super) searches: Searches,
+    pub(super) searches: SearchCounts,
     /// Groups and minima that the inputs did not show.
     pub(super) unseen: Unseen,
 }
@@ -82,7 +82,7 @@ fn merges(landscape: &Landscape) -> Vec<MergeRow> {
 
 /// What the searches did.
 #[derive(Debug, Serialize)]
-pub(super) struct Searches {
+pub(super) struct SearchCounts {
     searches: usize,
     /// Those whose chain arrived.
     arrived: usize,
@@ -90,7 +90,7 @@ pub(super) struct Searches {
     median_excess: Option<f64>,
 }
 
-fn searches(landscape: &Landscape) -> Searches {
+fn searches(landscape: &Landscape) -> SearchCounts {
     let list = landscape.attempts.list.iter();
     let chains: Vec<&Attempt> = list
         .filter(|attempt| matches!(attempt.start, Start::Chain { .. }))
@@ -99,7 +99,7 @@ fn searches(landscape: &Landscape) -> Searches {
         let (barrier, height) = attempt.barrier.zip(attempt.height)?;
         Some(barrier - height)
     });
-    Searches {
+    SearchCounts {
         searches: chains.len(),
         arrived: chains
             .iter()

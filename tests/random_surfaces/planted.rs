@@ -7,7 +7,7 @@ use landscape::energy::Energy;
 use landscape::sample::{Mala, Task, stream};
 use landscape::space::{Space, Torus};
 use landscape::topography::{
-    GroupSettings, MapSettings, Minimum, MinimumId, Run, Tree, build_landscape,
+    Evidence, GroupSettings, MapSettings, Minimum, MinimumId, Run, Tree, build_landscape,
 };
 use rand::RngExt;
 use rayon::prelude::*;
@@ -89,10 +89,10 @@ impl Energy for Bent {
         let mut energy = self.plane.evaluate(&[x[0], y(1)], &mut plane);
         gradient[0] = plane[0];
         gradient[1] = plane[1];
-        for i in 2..count {
+        for (i, slope) in gradient.iter_mut().enumerate().skip(2) {
             let (sine, cosine) = libm::sincos(y(i));
             energy += self.stiffness * (1.0 - cosine);
-            gradient[i] = self.stiffness * sine;
+            *slope = self.stiffness * sine;
         }
         for i in 1..count {
             gradient[i - 1] += gradient[i] * bent[i - 1].1;
@@ -103,14 +103,13 @@ impl Energy for Bent {
 
 /// What the map says of a merge, and whether it is the lowest.
 struct Judged {
-    ended_here: usize,
     lower: f64,
     uncertainty: f64,
     /// How much too high it is.
     above: f64,
 }
 
-/// The merges of the map of a surface. No merge is below the tree of the plane.
+/// The merges of the map of a surface.
 fn judged(id: u64) -> Vec<Judged> {
     let energy = Bent::random(id);
     let found = search(&energy.plane, id);
@@ -172,12 +171,12 @@ fn judged(id: u64) -> Vec<Judged> {
                     .unwrap()
             });
             let above = node.energy - least.fold(f64::INFINITY, f64::min);
+            // The images of a chain may miss a ridge between them.
             assert!(
-                above > -SAME,
+                above > -SAME || node.evidence == Evidence::Chain,
                 "surface {id}: a merge is {above} below the tree"
             );
             Some(Judged {
-                ended_here: searched.ended_here,
                 lower: searched.lower,
                 uncertainty: searched.uncertainty,
                 above,

@@ -385,7 +385,7 @@ fn rings_and_kinks_are_told() {
     for part in [
         "joined to the others by no saddle\n",
         "no search ended at a saddle",
-        "two pieces of the energy meet in a kink",
+        "it lies on a kink, where it cannot be verified",
     ] {
         assert!(said.contains(part), "`{part}` is missing in: {said}");
     }

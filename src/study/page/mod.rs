@@ -89,6 +89,7 @@ impl Scenes {
 ///
 /// use landscape::store::{LandscapeFiles, MinimumRow};
 /// use landscape::study::{PageLandscape, landscape_page};
+/// use landscape::topography::Attempts;
 ///
 /// let minimum = |id: u64| MinimumRow { id, energy: id as f64, ..MinimumRow::default() };
 /// let files = LandscapeFiles { minima: vec![minimum(0), minimum(1)], ..LandscapeFiles::default() };

@@ -6,7 +6,7 @@ use crate::printable::counted;
 use crate::store::{LandscapeFiles, Manifest};
 use crate::study::median;
 use crate::study::uncertainty::share_known;
-use crate::topography::{Attempts, Evidence, Node, Tree};
+use crate::topography::{Attempts, Evidence, Node, Searched, Tree};
 
 /// A merge is well supported if the chance that a lower way exists is at most 1 − this.
 const WELL: f64 = 0.95;
@@ -144,9 +144,7 @@ fn supported(tree: &Tree, attempts: &Attempts) -> Option<Statement> {
         .iter()
         .filter(|node| !node.children.is_empty())
         .count();
-    let known: Vec<f64> = (found.iter().flatten())
-        .map(|searched| searched.support())
-        .collect();
+    let known: Vec<f64> = (found.iter().flatten()).map(Searched::support).collect();
     if known.is_empty() {
         return None;
     }

@@ -84,7 +84,7 @@ impl LandscapeBuilder<'_> {
     /// Searches for lower ways across every merge until their chance is small or the budget is spent.
     pub(super) fn search(&mut self) -> Result<(), JournalError> {
         let most = self.settings.searches / 2;
-        if most == 0 {
+        if most == 0 || self.draws().is_empty() {
             return Ok(());
         }
         for connection in self.best.values().cloned().collect::<Vec<_>>() {

@@ -16,8 +16,9 @@ use crate::topography::network::{Edge, Evidence, Minimum, MinimumId, Network};
 use crate::topography::path::Path;
 use crate::topography::tree::spanning_forest;
 
-/// Segments of the straight line that may join the foot of a descent with a minimum beside it.
-const PARTS: usize = 8;
+/// Segments of the straight line that may join the foot of a descent with a minimum beside it: no ridge between two ripples
+/// may hide between its points.
+const PARTS: usize = 32;
 
 /// Basins that are no minimum of the map, and legs that end in one. Numbers of waypoints follow those of the minima.
 #[derive(Default)]
@@ -89,8 +90,8 @@ impl LandscapeBuilder<'_> {
         self.keep(leg);
     }
 
-    /// Keeps the passes of a connection as legs between the basins that their descents reach. A straight line joins such a
-    /// basin to an end of the connection if it rises by less than a ripple.
+    /// Keeps the passes of a connection as legs between the basins that their descents reach. On a surface with
+    /// ripples, a straight line joins such a basin to an end of the connection if it rises by less than a ripple.
     pub(super) fn keep_passes(&mut self, connection: &Connection) {
         for crossing in &connection.crossings {
             let Some(ends) = self.keep_pass(crossing) else {
@@ -128,7 +129,7 @@ impl LandscapeBuilder<'_> {
     }
 
     fn join_straight(&mut self, pair: (usize, usize)) {
-        if pair.0 == pair.1 || self.has_leg(pair) {
+        if self.roughness() == 0.0 || pair.0 == pair.1 || self.has_leg(pair) {
             return;
         }
         let (from, to) = (self.basin(pair.0), self.basin(pair.1));
@@ -149,12 +150,30 @@ impl LandscapeBuilder<'_> {
     fn keep(&mut self, leg: Connection) {
         let pair = (leg.from.0, leg.to.0);
         if pair.1 < self.minima.len() {
+            let mut leg = leg;
+            self.fasten(&mut leg.path, pair);
             self.take(leg);
             return;
         }
         let known = self.waypoints.legs.get(&pair);
         if known.is_none_or(|known| claim(&leg).beats(claim(known), 0.0, 0.0)) {
             self.waypoints.legs.insert(pair, leg);
+        }
+    }
+
+    /// Adds the minima themselves where a path ends at other points of their basins, as descents do.
+    fn fasten(&self, path: &mut Path, pair: (usize, usize)) {
+        let space = self.energy.space();
+        for (minimum, first) in [(&self.minima[pair.0], true), (&self.minima[pair.1], false)] {
+            let place = if first { 0 } else { path.images.len() - 1 };
+            let mut toward = vec![0.0; space.tangents()];
+            let mut end = path.images[place].clone();
+            if space.log(&end, &minimum.coordinates, &mut toward) > 0.0 {
+                space.exp(&mut end, &toward);
+                let place = if first { 0 } else { place + 1 };
+                path.images.insert(place, end);
+                path.energies.insert(place, minimum.energy);
+            }
         }
     }
 
@@ -260,8 +279,9 @@ impl LandscapeBuilder<'_> {
         if ends.0 > ends.1 {
             path = path.reversed();
         }
-        path.unfold(space);
         let pair = ordered(ends);
+        self.fasten(&mut path, pair);
+        path.unfold(space);
         let minima = (&self.minima[pair.0], &self.minima[pair.1]);
         let top = &path.images[path.top()];
         let mut connection = leg(pair, Path::default(), 0.0, highest.edge.evidence);
