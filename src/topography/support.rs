@@ -6,7 +6,8 @@ use super::tree::{NodeId, Tree};
 
 /// Share of merges for which a lower pass exists before any search has been made.
 ///
-/// It and [`SHAPE`] were chosen on planted surfaces (`tests/random_surfaces`), and other surfaces judged them.
+/// It and [`SHAPE`] were chosen before any surface was looked at; surfaces with known trees judged them
+/// (`tests/random_surfaces/planted.rs`).
 const MISSED_BEFORE: f64 = 0.5;
 
 /// Shape of the distribution of how often searches meet a missed lower pass, relative to the pass that is known.
