@@ -149,16 +149,15 @@ impl LandscapeBuilder<'_> {
 
     fn keep(&mut self, leg: Connection) {
         let pair = (leg.from.0, leg.to.0);
-        if leg.path.images.is_empty() {
-            return;
-        }
         if pair.1 < self.minima.len() {
             let mut leg = leg;
-            self.fasten(&mut leg.path, pair);
-            let top = &leg.path.images[leg.path.top()];
-            let minima = (&self.minima[pair.0], &self.minima[pair.1]);
-            leg.edge.term = rising_term(self.energy, top, minima);
-            leg.edge.length = leg.path.length(self.energy.space());
+            if !leg.path.images.is_empty() {
+                self.fasten(&mut leg.path, pair);
+                let top = &leg.path.images[leg.path.top()];
+                let minima = (&self.minima[pair.0], &self.minima[pair.1]);
+                leg.edge.term = rising_term(self.energy, top, minima);
+                leg.edge.length = leg.path.length(self.energy.space());
+            }
             self.take(leg);
             return;
         }
