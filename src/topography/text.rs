@@ -42,7 +42,7 @@ impl Evidence {
 /// length of a branch is its rise in energy.
 ///
 /// If `support` is empty, merges are labelled by their height. Otherwise it has one entry for each node
-/// ([`support`](super::support())), merges are labelled by their support in percent, as programs that draw trees expect,
+/// ([`Searched::support`](super::Searched::support)), merges are labelled by their support in percent, as programs that draw trees expect,
 /// and the height is in a comment, `[&energy=…]`.
 pub fn newick(tree: &Tree, support: &[Option<f64>], name: impl Fn(MinimumId) -> String) -> String {
     let mut text = String::new();
