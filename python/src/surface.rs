@@ -10,7 +10,7 @@ use landscape::optimize::{StopReason, quench as descend};
 use landscape::space::Space;
 use landscape::store::{AtomicFolder, Source, content_hash};
 use landscape::study::{
-    Coordinates, StudyRun, Subject, SurfaceMapReport, SurfaceReport, SurfaceSearch,
+    Coordinates, MapSearch, StudyRun, Subject, SurfaceMapReport, SurfaceReport, SurfaceSearch,
     difference_step, gradient_points, in_region, map_surface, onto, search_surface,
 };
 use landscape::topography::{
@@ -275,6 +275,11 @@ impl Parts {
             &self.name,
             energy,
             starts,
+            if search.search == "adelm" {
+                MapSearch::Adelm
+            } else {
+                MapSearch::Passes
+            },
             |settings| {
                 settings.seed = search.seed;
                 settings.neighbours = search.neighbours.unwrap_or(settings.neighbours);

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::args::{Again, Common, GroupBarrier, HandAndObject, Paths, WithPage, within};
 use super::input;
@@ -22,7 +22,7 @@ use crate::printable::counted;
 use crate::store::{AtomicFolder, GraspFile, Population, Source, Worker, content_hash};
 use crate::study::{
     ConfigurationError, EarlierLandscape, GraspLandscape, GraspMapSettings, GraspReport,
-    JoinedGrasps, MapSummary, StudyError, StudyRun, grow_population, map_population,
+    JoinedGrasps, MapSearch, MapSummary, StudyError, StudyRun, grow_population, map_population,
 };
 use crate::topography::Run;
 
@@ -55,14 +55,13 @@ pub(super) struct Build {
     /// File (TOML) with any of the settings that `landscape config build` prints. Flags override it.
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     config: Option<PathBuf>,
-    /// Map by sequential ADELM as published, for comparison: minima are assigned one by one, in the order of the file, to
-    /// the group with the lowest raw barrier. Every barrier is an upper bound, and the result depends on the order.
-    #[arg(long, conflicts_with_all = ["group_barrier", "worker"])]
-    sequential: bool,
+    /// How the minima are joined; `passes` by default.
+    #[arg(long, value_enum)]
+    search: Option<Search>,
     /// Add the grasps to this finished landscape, with its settings, and do only what is new. Grasps that it holds already are
     /// skipped. Without --output a new folder is named after the file; the old landscape stays as it is.
     #[arg(long, value_name = "LANDSCAPE", value_hint = clap::ValueHint::AnyPath, conflicts_with_all = [
-        "neighbours", "temperature", "pull", "diagram", "paths", "config", "sequential", "seed",
+        "neighbours", "temperature", "pull", "diagram", "paths", "config", "search", "seed",
     ])]
     onto: Option<PathBuf>,
     #[command(flatten)]
@@ -86,11 +85,30 @@ pub(super) struct Build {
     again: Again,
 }
 
+/// How the minima of a map are joined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Search {
+    /// By relaxed paths over verified passes, and independent attraction–diffusion searches for lower ways across every merge.
+    Passes,
+    /// By attraction–diffusion alone, as published (sequential ADELM): minima are assigned one by one, in the order of the
+    /// file, to the group with the lowest raw barrier. Every barrier is an upper bound, and the result depends on the order.
+    Adelm,
+}
+
+impl From<Search> for MapSearch {
+    fn from(search: Search) -> Self {
+        match search {
+            Search::Passes => Self::Passes,
+            Search::Adelm => Self::Adelm,
+        }
+    }
+}
+
 pub(super) const EXAMPLES: &str = "\
 Examples:
   landscape build data/grasps.parquet                      writes data/grasps.landscape/
   landscape build mug.parquet --neighbours 12 -o mug.landscape
-  landscape build mug.parquet --sequential                 the published method, for comparison
+  landscape build mug.parquet --search adelm               the published method alone, for comparison
   landscape build mug.parquet --group-barrier 0.1          groups as another landscape has them at 0.1
   landscape build more.parquet --onto mug.landscape        adds grasps to a finished landscape: writes more.landscape/
 
@@ -245,11 +263,24 @@ fn settings(
     map.neighbours = command.neighbours.unwrap_or(map.neighbours);
     map.path.method = command.paths.map_or(map.path.method, Into::into);
     map.groups.barrier = command.groups.group_barrier.or(map.groups.barrier);
+    let search = command.search.map_or(settings.search, Into::into);
+    if search == MapSearch::Adelm {
+        let unused = if command.groups.group_barrier.is_some() {
+            Some("--group-barrier: the burn-in of `adelm` makes the groups")
+        } else if command.share.worker()?.is_some() {
+            Some("--worker: chains of `adelm` wait for each other, so that one process makes them")
+        } else {
+            None
+        };
+        if let Some(unused) = unused {
+            anyhow::bail!("{unused}; leave it out, or map with `--search passes`");
+        }
+    }
     Ok(GraspMapSettings {
         temperature: command.temperature.or(settings.temperature),
         force: command.pull.or(settings.force),
         diagram: command.diagram || settings.diagram,
-        sequential: command.sequential || settings.sequential,
+        search,
         ..settings
     })
 }
@@ -477,7 +508,7 @@ impl Mapping<'_> {
             serde_json::to_string(population.hand)?.as_bytes(),
             &population.scale.to_le_bytes(),
             &(population.grasps.len() as u64).to_le_bytes(),
-            &[u8::from(settings.sequential), u8::from(settings.diagram)],
+            serde_json::to_string(&(settings.search, settings.diagram))?.as_bytes(),
             earlier.map_or(&[], |hash| hash.as_bytes()),
             env!("CARGO_PKG_VERSION").as_bytes(),
         ]))

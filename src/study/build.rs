@@ -6,13 +6,15 @@ use super::chain_choice::ChainChoice;
 use super::earlier::EarlierLandscape;
 use super::error::StudyError;
 use super::level::letting_go;
-use super::settings::{GraspMapSettings, StudyRun};
+use super::settings::{GraspMapSettings, MapSearch, StudyRun};
+use crate::energy::Energy;
 use crate::grasp::hover::{CLEARANCES_M, HeldOff, HoverCost};
 use crate::grasp::{GraspEnergy, GraspKernel};
+use crate::sample::Kernel;
 use crate::store::{Population, Source};
 use crate::topography::{
-    Landscape, MapSettings, Minimum, MinimumId, Phase, SequentialSettings, build_landscape,
-    distinct, grow_landscape, quench_all, sequential,
+    JournalError, Landscape, MapSettings, Minimum, MinimumId, Phase, SequentialSettings,
+    build_landscape, distinct, grow_landscape, quench_all, sequential,
 };
 
 /// A landscape of grasps and how it was made.
@@ -102,7 +104,7 @@ pub fn map_population(
 ) -> Result<GraspLandscape, StudyError> {
     let kernel = GraspKernel::new(energy);
     let mut map = settings.map_settings();
-    let (mut minima, evaluations) = descended(population, 0, energy, &map, run)?;
+    let (minima, evaluations) = descended(population, 0, energy, &map, run)?;
     if minima.len() < 2 {
         return Err(StudyError::OneMinimum(population.grasps.len()));
     }
@@ -110,23 +112,7 @@ pub fn map_population(
     (run.stage_ended)("hover", 0);
     map.groups.highest = hovering(&hover);
     let choice = ChainChoice::make(settings, (energy, &kernel), &minima, &mut map, run)?;
-    let (landscape, arrivals) = if settings.sequential {
-        // In the order of the grasps that descended to them.
-        minima.sort_by_key(|minimum| minimum.members.first().copied());
-        let settings = SequentialSettings {
-            chain: map.chain.clone(),
-            quench: map.quench.clone(),
-            sameness: map.sameness,
-            pruned: map.pruned,
-            seed: map.seed,
-        };
-        let found = sequential(energy, &kernel, &minima, &settings, &run.run)?;
-        (found.landscape, Some(found.arrivals))
-    } else {
-        let found = build_landscape(energy, &kernel, minima, &map, &run.run)?;
-        (found, None)
-    };
-    (run.stage_ended)("connect", landscape.evaluations);
+    let (landscape, arrivals) = joined(settings.search, (energy, &kernel), minima, &map, run)?;
     Ok(GraspLandscape {
         evaluations: evaluations + choice.evaluations() + landscape.evaluations,
         settings: map,
@@ -136,6 +122,37 @@ pub fn map_population(
         hover,
         growth: None,
     })
+}
+
+/// Joins `minima` as `search` says. For attraction–diffusion alone they arrive in the order of the points that descended to
+/// them, which is returned.
+pub(super) fn joined(
+    search: MapSearch,
+    (energy, kernel): (&dyn Energy, &dyn Kernel),
+    mut minima: Vec<Minimum>,
+    map: &MapSettings,
+    run: &StudyRun<'_>,
+) -> Result<(Landscape, Option<Vec<MinimumId>>), JournalError> {
+    let (landscape, arrivals) = match search {
+        MapSearch::Passes => {
+            let found = build_landscape(energy, kernel, minima, map, &run.run)?;
+            (found, None)
+        }
+        MapSearch::Adelm => {
+            minima.sort_by_key(|minimum| minimum.members.first().copied());
+            let settings = SequentialSettings {
+                chain: map.chain.clone(),
+                quench: map.quench.clone(),
+                sameness: map.sameness,
+                pruned: map.pruned,
+                seed: map.seed,
+            };
+            let found = sequential(energy, kernel, &minima, &settings, &run.run)?;
+            (found.landscape, Some(found.arrivals))
+        }
+    };
+    (run.stage_ended)("connect", landscape.evaluations);
+    Ok((landscape, arrivals))
 }
 
 /// Adds grasps to a finished landscape and does only what is new: descends from them, connects the minima that the landscape

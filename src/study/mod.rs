@@ -171,7 +171,7 @@ pub use network_of_states::{NetworkOfStates, NumberedMinima};
 pub use page::{PageGrasps, PageLandscape, comparison_notes, grasp_page, landscape_page};
 pub use report::{GraspReport, MapSummary};
 pub use searched::{Searched, SurfaceSearch};
-pub use settings::{ChoiceSettings, GraspMapSettings, StudyRun, settings_for_grasps};
+pub use settings::{ChoiceSettings, GraspMapSettings, MapSearch, StudyRun, settings_for_grasps};
 pub use simulation::{
     ObjectFit, Simulation, simulate_all, simulate_sample, simulation_fingerprint,
 };

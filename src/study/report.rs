@@ -74,6 +74,15 @@ pub struct GraspReport<'a> {
     pub warnings: Vec<String>,
 }
 
+/// How the minima of a map were joined, in words.
+pub(super) const fn method(is_sequential: bool) -> &'static str {
+    if is_sequential {
+        "sequential ADELM"
+    } else {
+        "relaxed connections"
+    }
+}
+
 impl GraspReport<'_> {
     fn mapped(&self) -> Mapped<'_> {
         Mapped {
@@ -164,11 +173,7 @@ impl GraspReport<'_> {
         let mut findings: BTreeMap<_, _> = findings.into_iter().collect();
         let mut tell = |name: &str, value| findings.insert(name.to_owned(), value);
         tell("hover_cost", json(&found.hover));
-        let method = match found.arrivals {
-            Some(_) => "sequential ADELM",
-            None => "relaxed connections",
-        };
-        tell("method", method.into());
+        tell("method", method(found.arrivals.is_some()).into());
         if let Some(arrivals) = &found.arrivals {
             tell("arrivals", json(arrivals));
         }

@@ -160,8 +160,21 @@ pub struct GraspMapSettings {
     pub diagram: bool,
     /// What is tried for the choice.
     pub choice: ChoiceSettings,
-    /// Whether to map by sequential ADELM as published. Every barrier is then an upper bound, and the order matters.
-    pub sequential: bool,
+    /// How the minima are joined.
+    pub search: MapSearch,
+}
+
+/// How the minima of a map are joined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum MapSearch {
+    /// By relaxed paths over verified passes, and by independent attraction–diffusion searches across every merge; see
+    /// [`build_landscape`](crate::topography::build_landscape).
+    #[default]
+    Passes,
+    /// By attraction–diffusion alone, as published; see [`sequential`](crate::topography::sequential). Every barrier is an
+    /// upper bound, and the order of the minima matters.
+    Adelm,
 }
 
 impl GraspMapSettings {
@@ -173,7 +186,7 @@ impl GraspMapSettings {
             force: None,
             diagram: false,
             choice: ChoiceSettings::default(),
-            sequential: false,
+            search: MapSearch::default(),
         }
     }
 

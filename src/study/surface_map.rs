@@ -1,14 +1,15 @@
-//! The landscape between points of a surface that are given, by attraction–diffusion and relaxed paths, and its report.
+//! The landscape between the minima below points of a surface, and its report.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use serde_json::json;
 
+use super::build::joined;
 use super::drawing::{Titles, Views, not_drawn};
 use super::error::StudyError;
-use super::report::conclude;
-use super::settings::StudyRun;
+use super::report::{conclude, method};
+use super::settings::{MapSearch, StudyRun};
 use super::surface::Subject;
 use super::tables::{Input, Mapped, upper_bounds};
 use super::uncertainty::Uncertainty;
@@ -19,7 +20,8 @@ use crate::sample::Mala;
 use crate::store::{AtomicFolder, Counts, LandscapeFiles, Manifest};
 use crate::topography::exchange::Database;
 use crate::topography::{
-    Landscape, MapSettings, Merge, Scales, build_landscape, distinct, quench_all,
+    ChainSettings, Landscape, MapSettings, Merge, MinimumId, Scales, Tuning, TuningSettings,
+    distinct, log_grid, quench_all, tune,
 };
 
 /// Step of the finite differences of the curvatures, relative to the longest step of a path.
@@ -32,6 +34,10 @@ pub struct SurfaceMap {
     pub landscape: Landscape,
     /// The settings, measured on the minima.
     pub settings: MapSettings,
+    /// Minima in order of arrival, if they were mapped by attraction–diffusion alone.
+    pub arrivals: Option<Vec<MinimumId>>,
+    /// The chains that chose temperature and force of such a map.
+    pub tuning: Option<Tuning>,
     /// Number of points given.
     pub starts: usize,
     /// Number of points whose descents did not end at a minimum.
@@ -40,8 +46,9 @@ pub struct SurfaceMap {
     pub evaluations: usize,
 }
 
-/// Descends from `starts` on any surface, merges equal minima, and connects them by straight lines, attraction–diffusion
-/// and relaxed paths. `adjust` may change the settings that were measured on the minima.
+/// Descends from `starts` on any surface, merges equal minima, and joins them as `search` says: by relaxed paths and
+/// attraction–diffusion searches across every merge, or by attraction–diffusion alone, whose temperature and force a few
+/// chains choose ([`tune`]). `adjust` may change the settings that were measured on the minima.
 ///
 /// # Errors
 /// [`StudyError::NoMinimum`] if no descent ends at a minimum, [`StudyError::OneMinimum`] if all end at the same one,
@@ -55,10 +62,11 @@ pub struct SurfaceMap {
 ///
 /// ```
 /// use landscape::energy::model::MullerBrown;
-/// use landscape::study::{StudyRun, map_surface};
+/// use landscape::study::{MapSearch, StudyRun, map_surface};
 ///
 /// let starts = [vec![-0.7, 1.2], vec![0.5, 0.1]];
-/// let found = map_surface("muller-brown", &MullerBrown::new(), &starts, |_| (), &StudyRun::default())?;
+/// let (energy, run) = (MullerBrown::new(), StudyRun::default());
+/// let found = map_surface("muller-brown", &energy, &starts, MapSearch::Passes, |_| (), &run)?;
 /// let height = found.landscape.tree.nodes.last().unwrap().energy;
 /// assert!(height > -80.0 && height < -40.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -67,6 +75,7 @@ pub fn map_surface(
     name: &str,
     energy: &dyn Energy,
     starts: &[Vec<f64>],
+    search: MapSearch,
     adjust: impl FnOnce(&mut MapSettings),
     run: &StudyRun<'_>,
 ) -> Result<SurfaceMap, StudyError> {
@@ -94,15 +103,43 @@ pub fn map_surface(
     let mut settings = MapSettings::for_minima(energy, &minima);
     adjust(&mut settings);
     let kernel = Mala::new(energy);
-    let landscape = build_landscape(energy, &kernel, minima, &settings, &run.run)?;
-    (run.stage_ended)("connect", landscape.evaluations);
+    let mut tuning = None;
+    if search == MapSearch::Adelm {
+        let found = tune(energy, &kernel, &minima, &few_chains(&settings), &run.run)?;
+        (run.stage_ended)("choose", found.evaluations);
+        if let Some(best) = found.recommended() {
+            (settings.chain.temperature, settings.chain.force) = (best.temperature, best.force);
+        }
+        tuning = Some(found);
+    }
+    let (landscape, arrivals) = joined(search, (energy, &kernel), minima, &settings, run)?;
+    let tuned = tuning.as_ref().map_or(0, |found| found.evaluations);
     Ok(SurfaceMap {
-        evaluations: spent + landscape.evaluations,
+        evaluations: spent + tuned + landscape.evaluations,
+        arrivals,
+        tuning,
         landscape,
         settings,
         starts: starts.len(),
         lost: rejected.len(),
     })
+}
+
+/// A few chains at temperatures and forces around those of the scales.
+fn few_chains(settings: &MapSettings) -> TuningSettings {
+    let ChainSettings {
+        temperature, force, ..
+    } = settings.chain;
+    TuningSettings {
+        temperatures: log_grid(temperature / 4.0, 4.0 * temperature, 3),
+        forces: log_grid(force / 8.0, 8.0 * force, 7),
+        pairs: 6,
+        neighbours: settings.neighbours,
+        chain: settings.chain.clone(),
+        quench: settings.quench.clone(),
+        sameness: settings.sameness,
+        seed: settings.seed,
+    }
 }
 
 /// A map of a surface and its report.
@@ -164,7 +201,13 @@ impl SurfaceMapReport<'_> {
         let edges = mapped.edges();
         let findings = mapped.findings(merges, uncertainty);
         let mut findings: BTreeMap<_, _> = findings.into_iter().collect();
-        findings.insert("method".to_owned(), "relaxed connections".into());
+        findings.insert("method".to_owned(), method(found.arrivals.is_some()).into());
+        if let Some(arrivals) = &found.arrivals {
+            findings.insert("arrivals".to_owned(), value(arrivals));
+        }
+        if let Some(reason) = found.tuning.as_ref().and_then(Tuning::reason) {
+            findings.insert("chosen".to_owned(), reason.into());
+        }
         let first = landscape.network.node_weights().next();
         let terms = first.map_or_else(Vec::new, |minimum| {
             subject.energy.terms(&minimum.coordinates)
@@ -213,6 +256,13 @@ impl SurfaceMapReport<'_> {
             "only the minima of the given points were sought: others may lie between or below them"
                 .to_owned(),
         ];
+        if self.found.arrivals.is_some() {
+            warnings.push(
+                "every height is that of a raw chain of attraction–diffusion, an upper bound; groups depend on the order of the \
+                 points (without `--search adelm` passes are sought)"
+                    .to_owned(),
+            );
+        }
         if self.found.lost > 0 {
             warnings.push(format!(
                 "{} of {} descents ended at no minimum",

@@ -161,7 +161,7 @@ fn what_cannot_grow_is_refused_in_one_sentence() {
         "build g.parquet --onto surface.landscape",
         &["surface.landscape is a landscape of a surface"],
     );
-    desk.succeed("build g.parquet --first 3 --sequential --no-report -q -o order.landscape");
+    desk.succeed("build g.parquet --first 3 --search adelm --no-report -q -o order.landscape");
     refused(
         "build g.parquet --onto order.landscape",
         &["order.landscape was made by sequential ADELM"],

@@ -646,7 +646,7 @@ def build(
     pull: float | None = None,
     diagram: bool = False,
     paths: str = "string",
-    sequential: bool = False,
+    search: str = "passes",
     group_barrier: float | None = None,
     only_stable: bool = False,
     first: int | None = None,
@@ -676,8 +676,10 @@ def build(
         Whether to measure at which temperatures and forces chains arrive.
     paths
         ``"string"`` or ``"band"`` (a nudged elastic band whose highest image climbs).
-    sequential
-        Whether to map as published, one minimum after the other.
+    search
+        How the minima are joined: ``"passes"`` by relaxed paths and attraction–diffusion searches across every merge,
+        ``"adelm"`` by attraction–diffusion alone as published, one minimum after the other; every barrier is then an upper
+        bound.
     group_barrier
         Greatest relative barrier within a group, in units of the energy; by default it is chosen.
     only_stable
@@ -709,7 +711,7 @@ def build(
     target = Path(out) if keeps is None else keeps / "grasps.landscape"  # type: ignore[arg-type]
     given = flags(
         neighbours=neighbours, temperature=temperature, pull=pull, diagram=diagram,
-        paths=None if paths == "string" else paths, sequential=sequential, group_barrier=group_barrier,
+        paths=None if paths == "string" else paths, search=None if search == "passes" else search, group_barrier=group_barrier,
         only_stable=only_stable, first=first, seed=whole("seed", seed) or None, onto=None if onto is None else _folder(onto),
         no_report=not report,
     )

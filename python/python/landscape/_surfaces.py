@@ -339,6 +339,7 @@ def map(
     out: StrPath | None = None,
     hessian: Callable[[Floats], Any] | None = None,
     batch: bool = False,
+    search: str = "passes",
     neighbours: int | None = None,
     group_barrier: float | None = None,
     check_gradient: bool = True,
@@ -356,6 +357,8 @@ def map(
         As in :func:`explore`. The space cannot be ``Box()``.
     minima
         Points from which descents lead to the minima, shape (k, n).
+    search
+        How the minima are joined, as in :func:`build`.
     box
         The region in which the gradient is checked, as in :func:`explore`; by default around the points.
     neighbours
@@ -368,6 +371,8 @@ def map(
     NothingFoundError
         If the descents end at fewer than two minima.
     """
+    if search not in ("passes", "adelm"):
+        raise InputError(f'search: "passes" or "adelm", not {search!r}')
     seed, neighbours = whole("seed", seed), whole_or_none("neighbours", neighbours, 1)
     group_barrier, starts = magnitude_or_none("group_barrier", group_barrier), points_of("minima", minima)
     keeps = None if out is not None else Folder()
@@ -376,7 +381,7 @@ def map(
     told = f"landscape.map({name or _name(function)}, {starts.shape} points, {chosen!r}, seed={seed}) in Python"
     surface.map(starts, _search(
         target, told, seed=seed, check_gradient=check_gradient, quiet=not wanted(progress), neighbours=neighbours,
-        group_barrier=group_barrier,
+        group_barrier=group_barrier, search=search,
     ))
     return Landscape(target, _keeps=keeps)
 

@@ -1,5 +1,6 @@
 //! `landscape surface`: all minima and saddles of a model, or of an energy that another program computes.
 
+mod adelm;
 mod program;
 mod search;
 
@@ -203,6 +204,7 @@ Examples:
   landscape surface lj 7 -o seven.landscape                7 Lennard-Jones atoms: 4 minima, 12 saddles
   landscape surface lj 38 --budget 10m                     the lowest part of a landscape too large to enumerate
   landscape surface lj 7 --from seven.landscape            begin with known points, here those of another run
+  landscape surface lj 7 --search adelm -o adelm.landscape attraction–diffusion alone, as published
   landscape surface --command "python3 my_energy.py" --region=-1.5:1,-0.3:1.8
                                                            your own energy, starts drawn from this box
 
@@ -382,6 +384,9 @@ fn map(
         let over = |budget: Duration| started.elapsed() >= budget.mul_f64(share);
         command.extent.budget().is_some_and(over)
     };
+    if command.extent.is_adelm() {
+        return adelm::map(command, common, configuration, sought, check);
+    }
     let subject = &sought.subject();
     let (mut known, known_hash) = command.extent.known(subject.low.len())?;
     sought.fit(&mut known)?;
@@ -401,10 +406,7 @@ fn map(
     });
     check()?;
 
-    let output = match &command.output {
-        Some(output) => output.clone(),
-        None => PathBuf::from(format!("{}.landscape", file_name(subject.name))),
-    };
+    let output = output_of(command, subject);
     let fingerprint = content_hash(&[
         subject.source.content_hash.as_bytes(),
         subject.coordinates.as_bytes(),
@@ -527,6 +529,12 @@ fn sought_for(lowest: Option<&LowestSettings>, probed: u64) -> String {
             lowest.minima
         ),
     }
+}
+
+/// The folder to write.
+fn output_of(command: &Surface, subject: &Subject<'_>) -> PathBuf {
+    let named = || PathBuf::from(format!("{}.landscape", file_name(subject.name)));
+    command.output.clone().unwrap_or_else(named)
 }
 
 fn file_name(name: &str) -> String {

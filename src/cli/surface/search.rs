@@ -45,12 +45,31 @@ enum Kind {
     All,
     /// The lowest minima and the lowest ways between them.
     Lowest,
+    /// The minima below random points, joined by attraction–diffusion alone, as published (sequential ADELM). Every barrier
+    /// is an upper bound, and groups depend on the order of the points.
+    Adelm,
 }
 
 impl Extent {
     /// Greatest time of the search.
     pub(super) const fn budget(&self) -> Option<Duration> {
         self.budget
+    }
+
+    /// Whether attraction–diffusion alone maps the surface.
+    pub(super) fn is_adelm(&self) -> bool {
+        self.search == Kind::Adelm
+    }
+
+    /// The first of these flags that was given and means nothing to attraction–diffusion alone.
+    pub(super) fn not_of_adelm(&self) -> Option<&'static str> {
+        let given = [
+            (self.lowest.is_some(), "--lowest"),
+            (self.budget.is_some(), "--budget"),
+        ];
+        given
+            .into_iter()
+            .find_map(|(given, flag)| given.then_some(flag))
     }
 
     /// A sentence if `--lowest` was given to a search for everything.
@@ -79,7 +98,7 @@ impl Extent {
         probe: impl FnOnce() -> SizeProbe,
     ) -> Option<LowestSettings> {
         let lowest = match self.search {
-            Kind::All => false,
+            Kind::All | Kind::Adelm => false,
             Kind::Lowest => true,
             Kind::Auto => probe().is_too_large(settings),
         };

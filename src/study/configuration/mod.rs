@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use super::experiment::overlay;
-use super::settings::default_map;
+use super::settings::{MapSearch, default_map};
 use super::{ChoiceSettings, Experiment, ExperimentError, GraspMapSettings};
 use crate::evaluation::stability::Protocol;
 use crate::formats::toml_text;
@@ -74,7 +74,7 @@ impl ConfigurationFile<'_> {
             Self::Build => {
                 let values = plain(&BuildFile {
                     diagram: Some(false),
-                    sequential: Some(false),
+                    search: Some(MapSearch::default()),
                     choice: Some(ChoiceSettings::default()),
                     map: Some(default_map()),
                     ..BuildFile::default()
@@ -237,7 +237,7 @@ struct BuildFile {
     temperature: Option<f64>,
     force: Option<f64>,
     diagram: Option<bool>,
-    sequential: Option<bool>,
+    search: Option<MapSearch>,
     choice: Option<ChoiceSettings>,
     map: Option<MapSettings>,
 }
@@ -255,7 +255,7 @@ impl GraspMapSettings {
             force: file.force.or(self.force),
             diagram: file.diagram.unwrap_or(self.diagram),
             choice: given.over("choice", &self.choice)?,
-            sequential: file.sequential.unwrap_or(self.sequential),
+            search: file.search.unwrap_or(self.search),
         })
     }
 }

@@ -3,7 +3,7 @@ use std::collections::BTreeSet;
 use super::*;
 use crate::evaluation::stability::{Drop, SixDirections};
 use crate::grasp::EnergySettings;
-use crate::study::settings::map_of;
+use crate::study::settings::{MapSearch, map_of};
 use crate::topography::MapSettings;
 
 fn file(text: &str) -> (tempfile::TempDir, PathBuf) {
@@ -59,7 +59,7 @@ fn settings_of_build(energy: &EnergySettings) -> GraspMapSettings {
         force: None,
         diagram: false,
         choice: ChoiceSettings::default(),
-        sequential: false,
+        search: MapSearch::default(),
     }
 }
 
@@ -79,7 +79,7 @@ fn read(of: &ConfigurationFile<'_>, text: &str) -> Result<Table, String> {
                 temperature: found.temperature,
                 force: found.force,
                 diagram: Some(found.diagram),
-                sequential: Some(found.sequential),
+                search: Some(found.search),
                 choice: Some(found.choice),
                 map: Some(found.map),
             }))
