@@ -12,6 +12,8 @@ use crate::folder::names;
 use landscape::store::{LandscapeFiles, StationaryRow};
 use tempfile::TempDir;
 
+#[path = "surface/adelm.rs"]
+mod adelm;
 #[path = "surface/bounds.rs"]
 mod bounds;
 #[path = "surface/extent.rs"]

@@ -161,6 +161,10 @@ fn what_cannot_grow_is_refused_in_one_sentence() {
         "build g.parquet --onto surface.landscape",
         &["surface.landscape is a landscape of a surface"],
     );
+    refused(
+        "build g.parquet --search adelm --group-barrier 0.1 -o order.landscape",
+        &["--group-barrier: the burn-in of `adelm` makes the groups"],
+    );
     desk.succeed("build g.parquet --first 3 --search adelm --no-report -q -o order.landscape");
     refused(
         "build g.parquet --onto order.landscape",
