@@ -23,6 +23,7 @@ use rand::seq::SliceRandom;
 use rayon::prelude::*;
 use surface::Surface;
 
+mod detour;
 mod flood;
 mod planted;
 mod surface;

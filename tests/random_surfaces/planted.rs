@@ -12,7 +12,7 @@ use landscape::topography::{
 use rand::RngExt;
 use rayon::prelude::*;
 
-use super::{Surface, search};
+use super::{Surface, detour, search};
 
 /// Modes of the plane surfaces: about twelve minima.
 const MODES: i32 = 3;
@@ -102,11 +102,11 @@ impl Energy for Bent {
 }
 
 /// What the map says of a merge, and whether it is the lowest.
-struct Judged {
-    lower: f64,
-    uncertainty: f64,
+pub(super) struct Judged {
+    pub(super) lower: f64,
+    pub(super) uncertainty: f64,
     /// How much too high it is.
-    above: f64,
+    pub(super) above: f64,
 }
 
 /// The merges of the map of a surface.
@@ -189,7 +189,7 @@ fn judged(id: u64) -> Vec<Judged> {
 const BINS: [(f64, f64); 4] = [(0.0, 0.05), (0.05, 0.15), (0.15, 0.4), (0.4, 1.0)];
 
 /// The table of reliability: a merge is told right if a lower way exists as often as its chance says.
-fn check(surfaces: std::ops::Range<u64>) {
+fn check(surfaces: std::ops::Range<u64>, judged: impl Fn(u64) -> Vec<Judged> + Sync + Send) {
     let all: Vec<Judged> = surfaces.into_par_iter().flat_map_iter(judged).collect();
     let mut complaints = Vec::new();
     for (low, high) in BINS {
@@ -226,11 +226,22 @@ fn check(surfaces: std::ops::Range<u64>) {
 
 #[test]
 fn support_is_worth_what_it_says() {
-    check(0..16);
+    check(0..16, judged);
 }
 
 #[test]
 #[ignore = "minutes: 200 surfaces"]
 fn support_is_worth_what_it_says_on_many_surfaces() {
-    check(16..216);
+    check(16..216, judged);
+}
+
+#[test]
+fn support_is_worth_what_it_says_in_the_poses_of_a_hand() {
+    check(0..6, detour::judged);
+}
+
+#[test]
+#[ignore = "minutes: 60 poses"]
+fn support_is_worth_what_it_says_in_the_poses_of_many_hands() {
+    check(6..66, detour::judged);
 }
