@@ -253,8 +253,8 @@ fn report(rows: &[Row]) -> Result<(), Box<dyn Error>> {
          Evaluations of energy and gradient that `map` spends on connecting n minima, which are drawn at random from all those of \
          one landscape: grasps of the human hand on the round bottle, and a sum of 60 random waves of {ANGLES} angles. Pairs: each \
          minimum with its {NEIGHBOURS} nearest ones, the minimum spanning tree, and links between components left apart; \
-         no searches across merges; all else as `landscape build` has it. The exponent is the slope of \
-         the logarithms, with its 95 % interval by the normal linear model over all maps.\n"
+         no searches across merges, which `landscape build` makes besides; all else as the version of it had that made the map. \
+         The exponent is the slope of the logarithms, with its 95 % interval by the normal linear model over all maps.\n"
     );
     let mut series = Vec::new();
     for (index, name) in [GRASPS, RUGGED].into_iter().enumerate() {

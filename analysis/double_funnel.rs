@@ -105,7 +105,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if number == 0 {
             first_height = height;
             fs::copy(
-                folder.join("disconnectivity_minima.png"),
+                folder.join("disconnectivity.png"),
                 "figures/double_funnel.png",
             )?;
         }

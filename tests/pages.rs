@@ -306,7 +306,7 @@ fn the_tutorial_of_dihedral_angles_runs() {
 fn the_tutorial_of_measures_runs() {
     let made = [
         "lj-7.thermodynamics/superbasins.csv",
-        "lj-7.view/disconnectivity_minima.svg",
+        "lj-7.view/disconnectivity.svg",
         "muller-brown.view/disconnectivity.svg",
     ];
     let desk = follow("measures.md", &made);

@@ -190,7 +190,7 @@ fn thermodynamics_of_a_surface() {
     for file in [
         "thermodynamics.csv",
         "thermodynamics.png",
-        "disconnectivity_minima.svg",
+        "disconnectivity.svg",
         "summary.md",
     ] {
         assert!(folder.join(file).is_file(), "{file}");

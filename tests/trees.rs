@@ -300,7 +300,7 @@ fn views_are_drawn() {
     let mut found = names(&desk.path("t.view"));
     found.retain(|name| !name.starts_with('.'));
     assert_eq!(found.len(), 12, "{found:?}");
-    let svg = desk.text("t.view/disconnectivity_minima.svg");
+    let svg = desk.text("t.view/disconnectivity.svg");
     assert!(
         svg.contains("4 of 9 minima (the 4 lowest, 2 levels)"),
         "{svg}"
@@ -397,7 +397,7 @@ fn a_thousand_minima_are_no_black_area() {
     }
     desk.write("funnel", &minima, &states);
     desk.succeed("import funnel -q");
-    let picture = "funnel.landscape/disconnectivity_minima";
+    let picture = "funnel.landscape/disconnectivity";
     let dark = ink(&fs::read(desk.path(&format!("{picture}.png"))).unwrap());
     assert!((0.005..0.08).contains(&dark), "{dark}");
     let svg = desk.text(&format!("{picture}.svg"));
@@ -416,7 +416,7 @@ fn branches_stand_at_an_order_parameter() {
     )
     .unwrap();
     desk.succeed("draw seven.landscape --values q.csv --place-by q4 --colour-by energy -o placed");
-    let picture = desk.text("placed/disconnectivity_minima.svg");
+    let picture = desk.text("placed/disconnectivity.svg");
     for text in ["q4", "energy", "0.8"] {
         assert!(picture.lines().any(|line| line == text), "{text}");
     }

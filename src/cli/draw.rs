@@ -106,10 +106,12 @@ Examples:
   landscape draw muller-brown.landscape --place-by x0      a metric disconnectivity graph, over the first coordinate
   landscape draw lj-38.landscape --values q4.csv --place-by q4 --colour-by energy
 
-Paths through hidden minima still count, so no choice of minima moves a merge. There are pictures of the groups
-(disconnectivity, barriers) and of the minima (disconnectivity_minima, barriers_minima). The same choice applies to
-both, separately to groups and to minima; a picked minimum picks its group. Writes the pictures (SVG and PNG), and
-tree.nwk, tree.dot, tree.json and barriers.graphml of the minima that are shown.";
+Paths through hidden minima still count, so no choice of minima moves a merge. The pictures of grasps show their groups
+(disconnectivity, barriers) and their minima (disconnectivity_minima, barriers_minima). Those of surfaces and imported
+landscapes show the minima (disconnectivity, barriers), and the groups (disconnectivity_groups, barriers_groups) if there
+are fewer of them, but more than one. The same choice applies to both, separately to groups and to minima; a picked
+minimum picks its group. Writes the pictures (SVG and PNG), and tree.nwk, tree.dot, tree.json and barriers.graphml of the
+minima that are shown.";
 
 pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
     for (flag, value) in [

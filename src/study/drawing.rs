@@ -12,13 +12,31 @@ use crate::topography::{
     self, Ancestors, Attempts, Evidence, MinimumId, Network, Node, Tree, spanning_forest,
 };
 
-/// Names of the pictures, without resolution (groups or minima) and format.
+/// Names of the pictures, without what comes second ([`Titles::first`]) and format.
 const PICTURES: [&str; 2] = ["disconnectivity", "barriers"];
 
 /// Callback that stores a file with the given name and bytes.
 pub type Put<'a> = &'a mut dyn FnMut(&str, &[u8]) -> Result<(), StoreError>;
 
-/// Texts and layout seed of the pictures.
+/// What the branches and circles of a picture are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Resolution {
+    /// A branch for each group.
+    Groups,
+    /// A branch for each minimum.
+    Minima,
+}
+
+impl Resolution {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Groups => "groups",
+            Self::Minima => "minima",
+        }
+    }
+}
+
+/// Texts and layout seed of the pictures, and which of them come first.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Titles {
     /// Name of the landscape.
@@ -29,6 +47,9 @@ pub struct Titles {
     pub members: String,
     /// Seed of the layout.
     pub seed: u64,
+    /// What the first pictures show: the groups of many grasps, or the minima of a surface. The others have names that end in
+    /// what they show. Groups that come second are drawn only where they simplify the minima.
+    pub first: Resolution,
 }
 
 impl Titles {
@@ -38,6 +59,7 @@ impl Titles {
             energy: "energy E(H, O)".to_owned(),
             members: "grasps".to_owned(),
             seed,
+            first: Resolution::Groups,
         }
     }
 
@@ -47,6 +69,7 @@ impl Titles {
             energy: "energy".to_owned(),
             members: members.to_owned(),
             seed,
+            first: Resolution::Minima,
         }
     }
 
@@ -56,6 +79,7 @@ impl Titles {
             energy: "free energy".to_owned(),
             members: "minima".to_owned(),
             seed: 0,
+            first: Resolution::Minima,
         }
     }
 
@@ -196,10 +220,11 @@ impl Views {
 /// Number of valleys in a disconnectivity graph that would have too many leaves.
 const PRUNED: usize = 400;
 
-/// Greatest number of groups that are named in pictures, as in `inspect --path g0 g4`. More names would hide the groups.
-const MOST_NAMED: usize = 60;
+/// Greatest number of groups or minima that are named in pictures, as in `inspect --path g0 g4`. More names would hide them.
+pub(super) const MOST_NAMED: usize = 60;
 
 struct Shown<'a> {
+    resolution: Resolution,
     quantities: Quantities,
     examples: Vec<(MinimumId, Picture)>,
     network: &'a Network,
@@ -214,11 +239,14 @@ impl Drawing<'_> {
     /// Width of a disconnectivity graph, canvas units.
     pub const WIDTH: u32 = 1600;
 
-    /// Whether [`Drawing::write`] writes a file with this name.
+    /// Whether [`Drawing::write`] may write a file with this name.
     pub fn writes(name: &str) -> bool {
         let texts = ["tree.nwk", "tree.dot", "tree.json", "barriers.graphml"];
         let picture = name.strip_suffix(".svg").or(name.strip_suffix(".png"));
-        let picture = picture.map(|stem| stem.strip_suffix("_minima").unwrap_or(stem));
+        let picture = picture.map(|stem| match stem.rsplit_once('_') {
+            Some((stem, "groups" | "minima")) => stem,
+            _ => stem,
+        });
         texts.contains(&name) || picture.is_some_and(|stem| PICTURES.contains(&stem))
     }
 
@@ -246,12 +274,18 @@ impl Drawing<'_> {
         let graphml = topography::graphml(network, &known, name);
         put("barriers.graphml", graphml.as_bytes())?;
 
+        self.pictures_of(&support, put)
+    }
+
+    /// Writes the pictures of the groups and of the minima.
+    fn pictures_of(&self, support: &[Option<f64>], put: Put<'_>) -> Result<(), StudyError> {
         let groups = grouped(self.network, &self.group_of);
         let mut leaves = group(&self.leaves, &self.group_of);
-        if leaves.len() <= MOST_NAMED {
-            for (number, leaf) in leaves.iter_mut().enumerate() {
-                leaf.caption = Some(format!("g{number}"));
-            }
+        name_leaves(&mut leaves, 'g');
+        let mut minima = self.leaves.clone();
+        let unnamed = || minima.iter().all(|leaf| leaf.caption.is_none());
+        if self.titles.first == Resolution::Minima && unnamed() {
+            name_leaves(&mut minima, 'm');
         }
         let mut picked: Vec<MinimumId> = (self.views.picked.iter())
             .map(|minimum| MinimumId(self.group_of[minimum.0]))
@@ -265,34 +299,38 @@ impl Drawing<'_> {
         }
         let lowest: Vec<usize> = lowest.into_iter().flatten().collect();
         let groups_tree = collapse(self.tree, &self.group_of);
-        let shown = [
-            Shown {
-                quantities: self.quantities.of(&lowest),
-                examples: (self.examples.iter())
-                    .map(|(minimum, picture)| {
-                        (MinimumId(self.group_of[minimum.0]), picture.clone())
-                    })
-                    .collect(),
-                network: &groups,
-                tree: groups_tree.clone(),
-                support: carried((self.tree, &support), &groups_tree, |leaf| {
-                    MinimumId(lowest[leaf])
-                }),
-                leaves: &leaves,
-                picked,
-            },
-            Shown {
-                quantities: self.quantities.clone(),
-                examples: Vec::new(),
-                network: self.network,
-                tree: self.tree.clone(),
-                support: support.clone(),
-                leaves: &self.leaves,
-                picked: self.views.picked.clone(),
-            },
-        ];
-        for (shown, ending) in shown.iter().zip(["", "_minima"]) {
-            self.pictures(shown, ending, put)?;
+        let of_groups = Shown {
+            resolution: Resolution::Groups,
+            quantities: self.quantities.of(&lowest),
+            examples: (self.examples.iter())
+                .map(|(minimum, picture)| (MinimumId(self.group_of[minimum.0]), picture.clone()))
+                .collect(),
+            network: &groups,
+            tree: groups_tree.clone(),
+            support: carried((self.tree, support), &groups_tree, |leaf| {
+                MinimumId(lowest[leaf])
+            }),
+            leaves: &leaves,
+            picked,
+        };
+        let of_minima = Shown {
+            resolution: Resolution::Minima,
+            quantities: self.quantities.clone(),
+            examples: Vec::new(),
+            network: self.network,
+            tree: self.tree.clone(),
+            support: support.to_vec(),
+            leaves: &minima,
+            picked: self.views.picked.clone(),
+        };
+        if self.titles.first == Resolution::Groups {
+            self.pictures(&of_groups, "", put)?;
+            return self.pictures(&of_minima, "_minima", put);
+        }
+        self.pictures(&of_minima, "", put)?;
+        // A group of all minima, or one for each, tells nothing more.
+        if (2..minima.len()).contains(&leaves.len()) {
+            self.pictures(&of_groups, "_groups", put)?;
         }
         Ok(())
     }
@@ -313,11 +351,11 @@ impl Drawing<'_> {
     fn pictures(&self, shown: &Shown<'_>, ending: &str, put: Put<'_>) -> Result<(), StudyError> {
         let (view, levels) = (self.views).of(shown.network, &shown.tree, &shown.picked);
         let legible = at_most(&view, DisconnectivityPicture::MOST_LEAVES, PRUNED);
-        let title = self.title(shown, &view, &legible, ending);
+        let title = self.title(shown, &view, &legible);
         let tree = self.tree_picture(shown, &legible, levels, title);
         let most = BarrierPicture::MOST_NODES;
         let legible = at_most(&view, most, most);
-        let graph = self.graph_picture(shown, &legible, self.title(shown, &view, &legible, ending));
+        let graph = self.graph_picture(shown, &legible, self.title(shown, &view, &legible));
         for (name, canvas) in PICTURES.into_iter().zip([tree.draw()?, graph.draw()?]) {
             for format in ["svg", "png"] {
                 let name = format!("{name}{ending}.{format}");
@@ -328,7 +366,7 @@ impl Drawing<'_> {
     }
 
     /// Title that names the part drawn: the view, and how much of it is legible.
-    fn title(&self, shown: &Shown<'_>, view: &View, legible: &View, ending: &str) -> String {
+    fn title(&self, shown: &Shown<'_>, view: &View, legible: &View) -> String {
         let mut spelled = self.views.spell();
         let drawn = legible.minima.len();
         if drawn < view.minima.len() {
@@ -337,16 +375,18 @@ impl Drawing<'_> {
             }
             let _ = write!(spelled, "the {drawn} deepest");
         }
+        let (title, all, what) = (
+            &self.titles.title,
+            shown.leaves.len(),
+            shown.resolution.name(),
+        );
         if spelled.is_empty() {
-            return self.titles.title.clone();
+            return match (self.titles.first, shown.resolution) {
+                (Resolution::Minima, Resolution::Groups) => format!("{title}, {all} groups"),
+                _ => title.clone(),
+            };
         }
-        let all = shown.leaves.len();
-        let what = if ending.is_empty() {
-            "groups"
-        } else {
-            "minima"
-        };
-        format!("{}: {drawn} of {all} {what} ({spelled})", self.titles.title)
+        format!("{title}: {drawn} of {all} {what} ({spelled})")
     }
 
     fn tree_picture(
@@ -409,6 +449,15 @@ fn at_most(view: &View, most: usize, pruned: usize) -> View {
         view.deepest(pruned)
     } else {
         view.clone()
+    }
+}
+
+/// Names leaves by a letter and their numbers, if there are few.
+fn name_leaves(leaves: &mut [Leaf], letter: char) {
+    if leaves.len() <= MOST_NAMED {
+        for (number, leaf) in leaves.iter_mut().enumerate() {
+            leaf.caption = Some(format!("{letter}{number}"));
+        }
     }
 }
 

@@ -142,7 +142,7 @@ pub use diversity::{
     Counted, Counts, DiversityComparison, DiversitySet, DiversitySettings, Measure, OTHER_LEVELS,
     RatioOfSets, check_set_sizes, compare_diversity,
 };
-pub use drawing::{Drawing, Put, Quantities, Titles, Views};
+pub use drawing::{Drawing, Put, Quantities, Resolution, Titles, Views};
 pub use earlier::{EarlierLandscape, JoinedGrasps};
 pub use error::{FewGrasps, StudyError};
 pub use examples::{Colouring, MinimumNames};

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 
 use super::digits::{Digits, significant};
-use super::drawing::{Drawing, Put, Quantities, Titles, Views};
+use super::drawing::{Drawing, MOST_NAMED, Put, Quantities, Titles, Views};
 use super::error::StudyError;
 use super::network_of_states::NetworkOfStates;
 use crate::figure::chart::{Axis, Chart, Mark, Panel, Series};
@@ -191,11 +191,18 @@ impl<'a> Thermodynamics<'a> {
         let network = self.states.network_of(&self.free);
         let groups = Groups::below(&network, self.states.groups.barrier, Evidence::Path);
         let titles = Titles::of_free_energies(&self.states.name, self.free_energy_at);
+        let mut leaves = leaves_of(&network);
+        if leaves.len() <= MOST_NAMED {
+            // The one member of a minimum is its number in the landscape.
+            for (leaf, minimum) in leaves.iter_mut().zip(network.node_weights()) {
+                leaf.caption = minimum.members.first().map(|row| format!("m{row}"));
+            }
+        }
         let drawing = Drawing {
             network: &network,
             tree: &Tree::from_network(&network, Evidence::Chain),
             attempts: &Attempts::default(),
-            leaves: leaves_of(&network),
+            leaves,
             group_of: groups.group_of(),
             titles: &titles,
             views: Views::default(),
@@ -444,7 +451,8 @@ impl<'a> Thermodynamics<'a> {
         let _ = writeln!(
             text,
             "\nThe disconnectivity graph and the barrier graph in this folder show free energies at kT = {}, counted \
-             from the lowest. Their texts number the minima by free energy.\n\nMade by {MAKER}.",
+             from the lowest. Their texts number the minima by free energy, and \
+             the pictures name them as in the landscape.\n\nMade by {MAKER}.",
             significant(self.free_energy_at)
         );
         text

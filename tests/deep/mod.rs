@@ -208,9 +208,9 @@ fn a_deep_tree_is_imported_and_drawn_again() {
     let said = desk.succeed("import chain");
     assert!(said.contains("pictures show what is legible"), "{said}");
     assert_eq!(desk.tree("chain.landscape").nodes.len(), 99_999);
-    let drawn = desk.text("chain.landscape/barriers_minima.svg");
+    let drawn = desk.text("chain.landscape/barriers.svg");
     assert!(drawn.contains("500 of 50000 minima (the 500 deepest)"));
-    let drawn = desk.text("chain.landscape/disconnectivity_minima.svg");
+    let drawn = desk.text("chain.landscape/disconnectivity.svg");
     assert!(drawn.contains("400 of 50000 minima (the 400 deepest), merges raised to 40 levels"));
     desk.succeed("draw chain.landscape --lowest 30 -o view");
     assert_eq!(desk.tree("view").nodes.len(), 59);
@@ -238,7 +238,7 @@ fn energies_of_any_range_are_drawn() {
         let ts = format!("0 1 {high}\n1 2 {high}\n");
         desk.write(&folder, &format!("0 {low}\n1 {middle}\n2 {middle}\n"), &ts);
         desk.succeed(&format!("import {folder}"));
-        for picture in ["disconnectivity_minima", "barriers_minima"] {
+        for picture in ["disconnectivity", "barriers"] {
             let drawn = desk.text(&format!("{folder}.landscape/{picture}.svg"));
             assert!(
                 !drawn.contains("NaN") && !drawn.contains("2147483647"),

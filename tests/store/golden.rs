@@ -1,7 +1,8 @@
 //! Files that version 0.1.0 wrote with schema 1. They are read for ever; nobody makes them anew.
 //!
 //! They were made by `landscape synth --object ball -n 6 --preset four_points --steps 400 --keep all --seed 1`, `stability`,
-//! `label`, `build --first 3 --no-report`, and `surface muller-brown --no-report`; pictures and texts were left out.
+//! `label`, `build --first 3 --no-report`, and `surface muller-brown --no-report`; pictures, texts and `resampled.parquet`,
+//! which nothing reads any more, were left out.
 
 use std::path::{Path, PathBuf};
 

@@ -67,7 +67,7 @@ fn minima_that_no_verified_saddle_joins_are_joined_by_a_bound() {
     );
     let files = LandscapeFiles::read(&finished).unwrap();
     assert_eq!(files.edges[0].evidence, "chain");
-    let svg = std::fs::read_to_string(finished.join("disconnectivity_minima.svg")).unwrap();
+    let svg = std::fs::read_to_string(finished.join("disconnectivity.svg")).unwrap();
     assert!(svg.contains("upper bound") && !svg.contains("apart"));
 
     let states = NetworkOfStates::open(&finished, &groups).unwrap();
