@@ -50,6 +50,10 @@ pub(super) struct Rates {
     /// Write NAME.md, NAME.json, and an Arrhenius plot NAME.svg and NAME.png.
     #[arg(long, short, value_name = "NAME")]
     output: Option<PathBuf>,
+    /// Leave out minima whose curvatures are not known, such as those on a face of a box, where they are no harmonic wells, and
+    /// the saddles that lead to them. A note tells how many there are, and their energies.
+    #[arg(long)]
+    without_faces: bool,
     #[command(flatten)]
     groups: GroupBarrier,
 }
@@ -101,12 +105,15 @@ pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
     for path in files.iter().flatten() {
         check_file(path, &[&command.landscape], common.force)?;
     }
-    let states = NetworkOfStates::open(&command.landscape, &command.groups.settings())?;
+    let mut states = NetworkOfStates::open(&command.landscape, &command.groups.settings())?;
+    if command.without_faces {
+        states = states.without_faces();
+    }
     let [from, to] = [("--from", &command.from), ("--to", &command.to)]
         .map(|(flag, names)| chosen(flag, names, &states));
     let (from, to) = (from?, to?);
     if let Some(both) = from.iter().find(|minimum| to.contains(minimum)) {
-        bail!("m{both} is both in --from and in --to");
+        bail!("m{} is both in --from and in --to", states.numbers[*both]);
     }
     let settings = KineticsSettings {
         temperatures: command.temperature.clone(),
@@ -166,28 +173,29 @@ fn cost(core: &Core, temperatures: usize) -> String {
     )
 }
 
-/// The minima that the names choose, ascending, each once.
+/// The places of the minima that the names choose, ascending, each once. Of groups and files, those that were left out do not
+/// count.
 fn chosen(flag: &str, names: &[String], states: &NetworkOfStates) -> anyhow::Result<Vec<usize>> {
-    let (count, groups) = (states.database.minima.len(), &states.groups);
+    let (count, groups) = (states.rows.len(), &states.groups);
     let mut chosen = Vec::new();
     for name in names {
         let name = name.trim();
         let number = |prefix: char| name.strip_prefix(prefix)?.parse::<usize>().ok();
-        if let Some(group) = number('g') {
+        let listed: Vec<usize> = if let Some(group) = number('g') {
             let Some(members) = groups.members.get(group) else {
                 bail!(
                     "{flag} {name}: {}",
                     numbered(groups.members.len(), "group", 'g')
                 );
             };
-            chosen.extend(members.iter().map(|minimum| minimum.0));
+            members.iter().map(|minimum| minimum.0).collect()
         } else if let Some(minimum) = number('m') {
             ensure!(
                 minimum < count,
                 "{flag} {name}: {}",
                 numbered(count, "minimum", 'm')
             );
-            chosen.push(minimum);
+            vec![minimum]
         } else {
             let read = match fs::read(name) {
                 Ok(read) => read,
@@ -202,8 +210,18 @@ fn chosen(flag: &str, names: &[String], states: &NetworkOfStates) -> anyhow::Res
                 )
             })?;
             let listed = states.minima_of(text);
-            chosen.extend(listed.with_context(|| format!("{flag} {name}"))?);
-        }
+            listed.with_context(|| format!("{flag} {name}"))?
+        };
+        let before = chosen.len();
+        chosen.extend(
+            listed
+                .into_iter()
+                .filter_map(|minimum| states.place_of(minimum)),
+        );
+        ensure!(
+            chosen.len() > before,
+            "{flag} {name}: no curvatures are known there, so that --without-faces leaves it out; name other minima"
+        );
     }
     chosen.sort_unstable();
     chosen.dedup();

@@ -32,6 +32,10 @@ pub(super) struct Thermodynamics {
     /// them, is no funnel unless there is nothing else.
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     level: Option<f64>,
+    /// Leave out minima whose curvatures are not known, such as those on a face of a box, where they are no harmonic wells, and
+    /// the saddles that lead to them. A note tells how many there are, and their energies.
+    #[arg(long)]
+    without_faces: bool,
     #[command(flatten)]
     groups: GroupBarrier,
 }
@@ -70,7 +74,10 @@ pub(super) fn run(command: &Thermodynamics, common: &Common) -> anyhow::Result<(
         None => command.landscape.with_extension("thermodynamics"),
     };
     check_folder(&output, &[&command.landscape], Found::writes, common)?;
-    let states = NetworkOfStates::open(&command.landscape, &command.groups.settings())?;
+    let mut states = NetworkOfStates::open(&command.landscape, &command.groups.settings())?;
+    if command.without_faces {
+        states = states.without_faces();
+    }
     let settings = ThermodynamicsSettings {
         temperatures,
         free_energy_at: command.free_energy_at,

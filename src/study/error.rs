@@ -133,6 +133,23 @@ pub enum StudyError {
          have no curvatures"
     )]
     NoVibrations(String),
+    /// Some minima have no curvatures.
+    #[error(
+        "{name}: the curvatures of {count} of {} are not known: {minima}. They lie on faces of a box, where they are no harmonic \
+         wells, or their rows of min.data hold placeholders. --without-faces leaves them out, together with the saddles that lead \
+         to them",
+        counted(*all, "minimum")
+    )]
+    MinimaWithoutVibrations {
+        /// The landscape.
+        name: String,
+        /// Number of minima without curvatures.
+        count: usize,
+        /// Number of all minima.
+        all: usize,
+        /// Names of the minima without curvatures.
+        minima: String,
+    },
     /// Kinetics needs the curvatures of transition states.
     #[error(
         "none of the {count} transition states of {name} has curvatures: they are bounds or lie on the faces of a box, or the \

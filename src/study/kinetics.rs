@@ -11,9 +11,7 @@ use super::network_of_states::NetworkOfStates;
 use crate::figure::MAKER;
 use crate::figure::chart::{Axis, Chart, Corner, Panel, Series};
 use crate::printable::printable;
-use crate::thermal::{
-    Dynamics, Pathway, RateNetwork, SetRates, Superposition, Unreachable, Watching,
-};
+use crate::thermal::{Dynamics, Pathway, RateNetwork, SetRates, Unreachable, Watching};
 
 /// Settings of [`Kinetics::new`].
 #[derive(Debug, Clone, PartialEq)]
@@ -84,7 +82,7 @@ impl<'a> Kinetics<'a> {
                 count: states.left_out,
             });
         }
-        let wells = Superposition::new(&states.database)?;
+        let wells = states.wells()?;
         let at = settings.temperatures.iter().map(|temperature| {
             let network = RateNetwork::new(&states.database, *temperature, settings.dynamics)?;
             let shares = wells.occupation(*temperature);
@@ -93,7 +91,9 @@ impl<'a> Kinetics<'a> {
             let known = |rates: Result<SetRates, Unreachable>| match rates {
                 Ok(rates) => Ok(Some(rates)),
                 Err(_) if by_bound.is_some() => Ok(None),
-                Err(unreachable) => Err(StudyError::from(unreachable)),
+                Err(Unreachable(minimum)) => Err(StudyError::from(Unreachable(
+                    states.numbers[minimum],
+                ))),
             };
             Ok(KineticsAt {
                 temperature: *temperature,
@@ -139,9 +139,9 @@ impl<'a> Kinetics<'a> {
         let at = self.at.iter().map(|at| {
             let pathways = at.pathways.iter();
             let pathways = pathways.map(|pathway| {
-                json!({ "minima": pathway.states, "log_rate": pathway.log_rate })
+                json!({ "minima": self.states.numbered(&pathway.states), "log_rate": pathway.log_rate })
             });
-            let committors = at.log_committors.iter();
+            let committors = self.states.of_landscape(&at.log_committors).into_iter();
             json!({
                 "temperature": at.temperature,
                 "occupation_of_sources": at.occupation[0],
@@ -150,15 +150,16 @@ impl<'a> Kinetics<'a> {
                 "backward": rates(&at.rates[1]),
                 "pathways": pathways.collect::<Vec<_>>(),
                 // JSON has no infinity: a committor of 0 is null.
-                "log_committors": committors.map(|q| q.is_finite().then_some(*q)).collect::<Vec<_>>(),
+                "log_committors": committors.map(|q| q.filter(|q| q.is_finite())).collect::<Vec<_>>(),
             })
         });
         json!({
             "made_by": MAKER,
             "landscape": self.states.name,
             "notes": self.states.notes,
-            "sources": self.sources,
-            "targets": self.targets,
+            "left_out_minima": self.states.left_out_minima(),
+            "sources": self.states.numbered(self.sources),
+            "targets": self.states.numbered(self.targets),
             "numbers_in_min_data": self.states.rows.iter().map(|row| row + 1).collect::<Vec<_>>(),
             "friction": self.friction(),
             "joined_by_a_bound_at": self.bounded_at,
@@ -175,7 +176,8 @@ impl<'a> Kinetics<'a> {
         let told = |set: &[usize]| {
             let names = set.iter().take(NUMBERED);
             let mut names: Vec<String> = names
-                .map(|state| format!("m{state} is {}", rows[*state] + 1))
+                .map(|state| self.states.numbers[*state])
+                .map(|number| format!("m{number} is {}", rows[number] + 1))
                 .collect();
             if set.len() > NUMBERED {
                 names.push(format!("{} more", set.len() - NUMBERED));
@@ -187,6 +189,16 @@ impl<'a> Kinetics<'a> {
             told(self.sources),
             told(self.targets)
         )
+    }
+
+    /// A few minima by name, many by number.
+    fn named(&self, set: &[usize]) -> String {
+        if set.len() <= 4 {
+            self.states.names(set).join(", ")
+        } else {
+            let first = self.states.numbers[set[0]];
+            format!("m{first} and {} more", set.len() - 1)
+        }
     }
 
     fn friction(&self) -> Option<f64> {
@@ -211,8 +223,16 @@ impl<'a> Kinetics<'a> {
             points
         };
         let names = [
-            format!("{} → {}", named(self.sources), named(self.targets)),
-            format!("{} → {}", named(self.targets), named(self.sources)),
+            format!(
+                "{} → {}",
+                self.named(self.sources),
+                self.named(self.targets)
+            ),
+            format!(
+                "{} → {}",
+                self.named(self.targets),
+                self.named(self.sources)
+            ),
         ];
         let mut series = Vec::new();
         for (way, name) in names.iter().enumerate() {
@@ -236,8 +256,8 @@ impl<'a> Kinetics<'a> {
         let mut text = format!(
             "# {}: rates from {} to {}\n\n",
             self.states.name,
-            named(self.sources),
-            named(self.targets)
+            self.named(self.sources),
+            self.named(self.targets)
         );
         let _ = match self.friction() {
             None => writeln!(
@@ -296,11 +316,7 @@ impl<'a> Kinetics<'a> {
             for (rank, pathway) in at.pathways.iter().enumerate() {
                 let steady = at.rates[0].map_or(f64::NAN, |rates| rates.steady_state);
                 let share = pathway.log_rate - steady;
-                let minima: Vec<String> = pathway
-                    .states
-                    .iter()
-                    .map(|state| format!("m{state}"))
-                    .collect();
+                let minima = self.states.names(&pathway.states);
                 let _ = writeln!(
                     text,
                     "| {} | {} | {:.2} % | {} |",
@@ -327,16 +343,6 @@ fn told(rates: Option<SetRates>, log: impl Fn(&SetRates) -> f64) -> String {
 
 /// Greatest number of minima of a set whose numbers in `min.data` the text tells; JSON holds all.
 const NUMBERED: usize = 12;
-
-/// A few minima by name, many by number.
-fn named(set: &[usize]) -> String {
-    if set.len() <= 4 {
-        let names: Vec<String> = set.iter().map(|state| format!("m{state}")).collect();
-        names.join(", ")
-    } else {
-        format!("m{} and {} more", set[0], set.len() - 1)
-    }
-}
 
 /// Beyond this, the double-precision logarithm of a number does not hold its first digits.
 const MOST_DECADES: f64 = 1e12;

@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
+use super::Digits;
 use super::error::StudyError;
 use crate::printable::counted;
 use crate::store::{EdgeRow, LandscapeFiles, Manifest, StationaryRow, StoreError};
+use crate::thermal::Superposition;
 use crate::topography::exchange::{Database, NO_TRANSITION_STATES, Vibrations};
 use crate::topography::{Edge, Evidence, GroupSettings, Groups, MinimumId, Network, Tree, Verdict};
 use petgraph::graph::NodeIndex;
@@ -26,9 +28,12 @@ const FAR: f64 = 1e290;
 pub struct NetworkOfStates {
     /// Name of the folder, for titles.
     pub name: String,
-    /// The minima in ascending order of energy, so that minimum i is m*i* of the landscape, and the transition states.
+    /// The minima in ascending order of energy, and the transition states.
     pub database: Database,
-    /// The row of each minimum in `min.data`, counted from 0.
+    /// The number of each minimum in the landscape: minimum i is m*numbers\[i\]*. It is i, unless minima were left out
+    /// ([`NetworkOfStates::without_faces`]).
+    pub numbers: Vec<usize>,
+    /// The row of each minimum of the landscape (m0, m1, …) in `min.data`, counted from 0.
     pub rows: Vec<usize>,
     /// The lowest connection of each pair.
     pub network: Network,
@@ -37,11 +42,13 @@ pub struct NetworkOfStates {
     pub evidence: Evidence,
     /// Its tree of merges.
     pub tree: Tree,
-    /// Sets of minima that low barriers join.
+    /// Sets of minima of the landscape (by their numbers in it) that low barriers join.
     pub groups: Groups,
     /// Number of connections without curvatures (bounds that are no verified saddles, or saddles on a face of a box), which
     /// are left out.
     pub left_out: usize,
+    /// The lowest energy of these.
+    lowest_left_out: Option<f64>,
     /// Connections of this program's landscapes that are upper bounds and no transition states: two minima and a height.
     pub bounds: Vec<([usize; 2], f64)>,
     /// Where the harmonic formulae do not hold and what the files had wrong, a sentence each, without capital and full stop.
@@ -121,9 +128,11 @@ impl NetworkOfStates {
         if (database.minima.iter()).all(|minimum| minimum.vibrations.is_none()) {
             return Err(StudyError::NoVibrations(folder.display().to_string()));
         }
-        let before = database.transition_states.len();
+        let unknown = database.transition_states.iter();
+        let unknown = unknown.filter(|state| state.vibrations.is_none());
+        let left_out = unknown.clone().count();
+        let lowest_left_out = unknown.map(|state| state.energy).reduce(f64::min);
         (database.transition_states).retain(|state| state.vibrations.is_some());
-        let left_out = before - database.transition_states.len();
         let rows = database.rows_by_energy();
         let database = database.by_energy();
         let manifest = manifest(folder)?;
@@ -151,17 +160,141 @@ impl NetworkOfStates {
             name: name.strip_suffix(".landscape").unwrap_or(&name).to_owned(),
             tree: Tree::from_network(&network, Evidence::Chain),
             groups: Groups::new(&network, &groups),
+            numbers: (0..database.minima.len()).collect(),
             database,
             rows,
             network,
             evidence,
             left_out,
+            lowest_left_out,
             bounds,
             notes,
         })
     }
 
-    /// The minima whose numbers the text holds, ascending, each once: `min.A` or `min.B` of PATHSAMPLE, which begins with how many
+    /// The same without the minima whose curvatures are not known, such as those on faces of a box, and without the transition
+    /// states that lead to them. A note tells what is left out. Minima keep their names.
+    #[must_use]
+    pub fn without_faces(mut self) -> Self {
+        let unknown = self.unknown();
+        if unknown.is_empty() {
+            return self;
+        }
+        let mut place = vec![None; self.database.minima.len()];
+        let known = self.database.minima.iter().enumerate();
+        let known = known.filter(|(_, minimum)| minimum.vibrations.is_some());
+        for (new, (old, _)) in known.enumerate() {
+            place[old] = Some(new);
+        }
+        let [lost, kept] = [false, true].map(|kept| {
+            let minima = self.database.minima.iter();
+            let energies = minima.filter(|minimum| minimum.vibrations.is_some() == kept);
+            energies
+                .map(|minimum| minimum.energy)
+                .fold(f64::INFINITY, f64::min)
+        });
+        let placed = |ends: [usize; 2]| Some([place[ends[0]]?, place[ends[1]]?]);
+        let mut gone = vec![self.lowest_left_out];
+        let mut states = std::mem::take(&mut self.database.transition_states);
+        states.retain_mut(|state| match placed(state.ends) {
+            Some(ends) => {
+                state.ends = ends;
+                true
+            }
+            None => {
+                gone.push(Some(state.energy));
+                false
+            }
+        });
+        let saddles = self.left_out + gone.len() - 1;
+        let digits = Digits::of([lost, kept]);
+        self.notes.push(format!(
+            "{} of {} minima are left out, since their curvatures are not known, as on a face of a box: {}; partition functions, \
+             occupations and rates lack them. The lowest of them has the energy {}, and the lowest that is counted {}{}",
+            unknown.len(),
+            self.database.minima.len(),
+            listed(self.names(&unknown)),
+            digits.show(lost),
+            digits.show(kept),
+            match gone.into_iter().flatten().reduce(f64::min) {
+                None => String::new(),
+                Some(lowest) => format!(
+                    ". Saddles that lead to them or have no curvatures are left out, too, {saddles} in number, the lowest at {}",
+                    digits.show(lowest)
+                ),
+            }
+        ));
+        self.database.transition_states = states;
+        (self.database.minima).retain(|minimum| minimum.vibrations.is_some());
+        let mut numbers = place.iter();
+        self.numbers
+            .retain(|_| numbers.next().is_some_and(Option::is_some));
+        let bounds = self.bounds.iter();
+        self.bounds = bounds
+            .filter_map(|(ends, height)| Some((placed(*ends)?, *height)))
+            .collect();
+        self.network = network_of(&self.database, self.evidence);
+        self.tree = Tree::from_network(&self.network, Evidence::Chain);
+        self
+    }
+
+    /// The minima without curvatures.
+    fn unknown(&self) -> Vec<usize> {
+        let minima = self.database.minima.iter().enumerate();
+        let unknown = minima.filter(|(_, minimum)| minimum.vibrations.is_none());
+        unknown.map(|(minimum, _)| minimum).collect()
+    }
+
+    /// The names of minima in the landscape.
+    pub(super) fn names(&self, minima: &[usize]) -> Vec<String> {
+        let names = minima.iter();
+        names
+            .map(|minimum| format!("m{}", self.numbers[*minimum]))
+            .collect()
+    }
+
+    /// The numbers of minima in the landscape.
+    pub(super) fn numbered(&self, minima: &[usize]) -> Vec<usize> {
+        minima
+            .iter()
+            .map(|minimum| self.numbers[*minimum])
+            .collect()
+    }
+
+    /// Numbers of the minima of the landscape that were left out.
+    pub(super) fn left_out_minima(&self) -> Vec<usize> {
+        let all = 0..self.rows.len();
+        all.filter(|number| self.place_of(*number).is_none())
+            .collect()
+    }
+
+    /// A value for each minimum of the landscape, in the order of their numbers; `None` for those that were left out.
+    pub(super) fn of_landscape(&self, values: &[f64]) -> Vec<Option<f64>> {
+        let all = 0..self.rows.len();
+        all.map(|number| Some(values[self.place_of(number)?]))
+            .collect()
+    }
+
+    /// The place in the database of minimum m*number* of the landscape; `None` if it was left out or does not exist.
+    pub fn place_of(&self, number: usize) -> Option<usize> {
+        self.numbers.binary_search(&number).ok()
+    }
+
+    /// The minima as harmonic wells.
+    pub(super) fn wells(&self) -> Result<Superposition, StudyError> {
+        let unknown = self.unknown();
+        if unknown.is_empty() {
+            return Ok(Superposition::new(&self.database)?);
+        }
+        Err(StudyError::MinimaWithoutVibrations {
+            name: self.name.clone(),
+            count: unknown.len(),
+            all: self.database.minima.len(),
+            minima: listed(self.names(&unknown)),
+        })
+    }
+
+    /// The numbers of the minima that the text lists, ascending, each once: `min.A` or `min.B` of PATHSAMPLE, which begins with how many
     /// there are and counts minima from 1 in the order of `min.data`.
     ///
     /// # Errors
@@ -353,18 +486,27 @@ fn named<'a>(rows: impl Iterator<Item = &'a StationaryRow>) -> Option<String> {
         0 => format!("m{}", row.id),
         _ => format!("saddle {} (m{}, m{})", row.id, row.ends[0], row.ends[1]),
     };
-    let mut names: Vec<String> = rows.map(name).collect();
+    let names: Vec<String> = rows.map(name).collect();
+    match names.len() {
+        0 => None,
+        1 => Some(listed(names)),
+        _ => Some(format!("each of {}", listed(names))),
+    }
+}
+
+/// The first names of a list, and how many others there are.
+fn listed(mut names: Vec<String>) -> String {
     let more = names.len().saturating_sub(NAMED);
     names.truncate(NAMED);
     if more > 0 {
         names.push(format!("{more} more"));
     }
-    let last = names.pop()?;
-    Some(if names.is_empty() {
+    let last = names.pop().unwrap_or_default();
+    if names.is_empty() {
         last
     } else {
-        format!("each of {} and {last}", names.join(", "))
-    })
+        format!("{} and {last}", names.join(", "))
+    }
 }
 
 fn read(folder: &Path, name: &str) -> Result<String, StoreError> {

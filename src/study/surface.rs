@@ -398,7 +398,8 @@ impl SurfaceReport<'_> {
         if minima + saddles > 0 {
             warnings.push(format!(
                 "on a face of the box, curvatures are not told. Minima there: {minima}; saddles there: {saddles}. min.data \
-                 and ts.data hold placeholders, and `thermodynamics` and `rates` cannot count these points"
+                 and ts.data hold placeholders, and `thermodynamics` and `rates` cannot count these points (--without-faces leaves \
+                 such minima out)"
             ));
         }
         warnings.extend(no_minima(self.found));

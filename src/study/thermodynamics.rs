@@ -93,7 +93,7 @@ impl<'a> Thermodynamics<'a> {
         states: &'a NetworkOfStates,
         settings: &ThermodynamicsSettings,
     ) -> Result<Self, StudyError> {
-        let wells = Superposition::new(&states.database)?;
+        let wells = states.wells()?;
         let temperatures = if settings.temperatures.is_empty() {
             range_of(states, &wells)
         } else {
@@ -193,9 +193,10 @@ impl<'a> Thermodynamics<'a> {
         let titles = Titles::of_free_energies(&self.states.name, self.free_energy_at);
         let mut leaves = leaves_of(&network);
         if leaves.len() <= MOST_NAMED {
-            // The one member of a minimum is its number in the landscape.
+            // The one member of a minimum is its row, since rows are sorted by energy and not by free energy.
             for (leaf, minimum) in leaves.iter_mut().zip(network.node_weights()) {
-                leaf.caption = minimum.members.first().map(|row| format!("m{row}"));
+                let number = minimum.members.first().map(|row| self.states.numbers[*row]);
+                leaf.caption = number.map(|number| format!("m{number}"));
             }
         }
         let drawing = Drawing {
@@ -228,9 +229,11 @@ impl<'a> Thermodynamics<'a> {
                 "occupation_of_bottoms": at.bottoms,
             })
         });
+        let free: Vec<f64> = self.free.minima.iter().map(|entry| entry.energy).collect();
         json!({
             "landscape": self.states.name,
             "notes": self.states.notes,
+            "left_out_minima": self.states.left_out_minima(),
             "vibrational_modes": self.states.database.vibrational_modes,
             "funnels": self.funnels.map(|funnels| json!({
                 "pass": funnels.pass,
@@ -240,17 +243,18 @@ impl<'a> Thermodynamics<'a> {
                 "asymmetry": funnels.asymmetry(),
             })),
             "level_of_superbasins": self.level,
-            "superbasins": self.superbasins,
+            "superbasins": self.superbasins.iter().map(|members| self.states.numbered(members)).collect::<Vec<_>>(),
             "peaks_of_heat_capacity": self.peaks,
             "free_energy_at": self.free_energy_at,
-            "free_energies": self.free.minima.iter().map(|entry| entry.energy).collect::<Vec<_>>(),
+            "free_energies": self.states.of_landscape(&free),
             "curves": curves.collect::<Vec<_>>(),
         })
     }
 
     fn csv(&self) -> String {
         let names = self.superbasins.iter();
-        let names = names.map(|members| format!(",funnel_of_m{0},m{0}", members[0]));
+        let names =
+            names.map(|members| format!(",funnel_of_m{0},m{0}", self.states.numbers[members[0]]));
         let mut text = format!(
             "temperature,energy,heat_capacity,landscape_entropy,frustration{}\n",
             names.collect::<String>()
@@ -308,7 +312,7 @@ impl<'a> Thermodynamics<'a> {
             .extend((self.peaks.iter()).map(|peak| Series::new(Mark::Vertical(peak[0])).dashed()));
         let mut occupation: Vec<Series> = (self.notable().into_iter())
             .map(|group| {
-                let name = format!("funnel of m{}", self.superbasins[group][0]);
+                let name = format!("funnel of m{}", self.bottom(group));
                 Series::line(line(&|at| at.occupation[group])).named(&name)
             })
             .collect();
@@ -346,6 +350,11 @@ impl<'a> Thermodynamics<'a> {
         chart.panel_size = [780, 640];
         chart.legend_below = true;
         chart
+    }
+
+    /// Number of the lowest minimum of a superbasin in the landscape.
+    fn bottom(&self, superbasin: usize) -> usize {
+        self.states.numbers[self.superbasins[superbasin][0]]
     }
 
     fn told_level(&self) -> String {
@@ -417,11 +426,7 @@ impl<'a> Thermodynamics<'a> {
         text.push_str("\n| kT | energy | heat capacity | landscape entropy | effective minima | frustration |");
         let notable = self.notable();
         for group in &notable {
-            let _ = write!(
-                text,
-                " funnel of m{0} | m{0} alone |",
-                self.superbasins[*group][0]
-            );
+            let _ = write!(text, " funnel of m{0} | m{0} alone |", self.bottom(*group));
         }
         text.push_str("\n|---|---|---|---|---|---|");
         text.push_str(&"---|".repeat(2 * notable.len()));

@@ -495,7 +495,7 @@ class Landscape:
 
     def thermodynamics(
         self, out: StrPath | None = None, *, temperatures: str | None = None, free_energy_at: float | None = None,
-        force: bool = False,
+        without_faces: bool = False, force: bool = False,
     ) -> dict[str, Any]:
         """Heat capacity, occupation of minima and free energies against temperature, as ``landscape thermodynamics --json``.
 
@@ -511,24 +511,28 @@ class Landscape:
         free_energy_at
             Temperature of the free energies in the disconnectivity graph; by default that of the highest peak of the heat
             capacity.
+        without_faces
+            Whether to leave out minima without curvatures, such as those on a face of a box, and the saddles that lead to them;
+            ``notes`` then tells how many there are, and their energies.
         force
             Whether to write beside the files of others in the folder.
 
         Raises
         ------
         InputError
-            If a temperature is wrong, or the landscape has no curvatures.
+            If a temperature is wrong, or curvatures of minima are not known.
         """
         folder = Folder()
         target = folder / "thermodynamics" if out is None else Path(out)
-        given = flags(temperatures=temperatures, free_energy_at=free_energy_at, force=force)
+        given = flags(temperatures=temperatures, free_energy_at=free_energy_at, without_faces=without_faces, force=force)
         told = command("thermodynamics", self.folder, "--json", *given, "--quiet", "--output", target, progress=False)
         made: dict[str, Any] = json.loads(told)
         return made
 
     def rates(
         self, from_: str | int | Sequence[str | int], to: str | int | Sequence[str | int], temperature: float | Sequence[float],
-        *, friction: float | None = None, pathways: int = 5, out: StrPath | None = None, force: bool = False,
+        *, friction: float | None = None, pathways: int = 5, without_faces: bool = False, out: StrPath | None = None,
+        force: bool = False,
     ) -> dict[str, Any]:
         """Rates and fastest pathways between two sets of minima, as ``landscape rates --json``: harmonic transition-state
         theory, and graph transformation (S. A. Trygubenko and D. J. Wales, J. Chem. Phys. 124, 234110 (2006)).
@@ -547,6 +551,8 @@ class Landscape:
             transition-state theory.
         pathways
             Number of pathways to tell, fastest first.
+        without_faces
+            As in :meth:`thermodynamics`.
         out
             The files to write, without their endings ``.md``, ``.json``, ``.svg`` and ``.png``; by default none are kept.
         force
@@ -561,7 +567,8 @@ class Landscape:
         target = folder / "rates" if out is None else Path(out)
         given = flags(
             from_=_names("from_", from_), to=_names("to", to), temperature=numbers("temperature", temperature).ravel().tolist(),
-            friction=friction, pathways=whole("pathways", pathways), force=force,
+            friction=friction, pathways=whole("pathways", pathways), without_faces=without_faces,
+            force=force,
         )
         told = command("rates", self.folder, "--json", *given, "--quiet", "--output", target, progress=False)
         made: dict[str, Any] = json.loads(told)
