@@ -91,9 +91,9 @@ impl<'a> Kinetics<'a> {
             let known = |rates: Result<SetRates, Unreachable>| match rates {
                 Ok(rates) => Ok(Some(rates)),
                 Err(_) if by_bound.is_some() => Ok(None),
-                Err(Unreachable(minimum)) => Err(StudyError::from(Unreachable(
-                    states.numbers[minimum],
-                ))),
+                Err(Unreachable(minimum)) => {
+                    Err(StudyError::from(Unreachable(states.numbers[minimum])))
+                }
             };
             Ok(KineticsAt {
                 temperature: *temperature,

@@ -31,8 +31,8 @@ const UNIT_RAD: f64 = 0.5;
 /// A(φ) = 1 + (H − 1) exp(4 (cos(φ − π) − 1))
 /// ```
 ///
-/// ρ, φ: polar coordinates of (u, v). u: the first coordinate of the centroid; v: the first joint and a wave of u; zᵢ: each of
-/// the other coordinates and joints, and a wave of u; q: the rotation of the hand. The map from the pose to these is
+/// ρ, φ: polar coordinates of (u, v). u: the first coordinate of the centroid; v: the second and a wave of u; zᵢ: each of
+/// the others, a joint or the third coordinate, and a wave of u; q: the rotation of the hand. The map from the pose to these is
 /// one to one, and on the ring ρ = 1 the slopes across it vanish, so that minima and passes of E are those of V.
 struct Ring {
     space: PoseSpace,
@@ -75,14 +75,14 @@ impl Ring {
         (a * sine, a * k * cosine)
     }
 
-    /// Place of the joint that is v among the coordinates with waves.
-    const JOINT: usize = 2;
+    /// Place of v among the coordinates with waves.
+    const SECOND: usize = 0;
 
     /// The pose at the place φ of the ring.
     fn pose(&self, phi: f64) -> Vec<f64> {
         let (v, u) = libm::sincos(phi);
         let level = |coordinate: usize| {
-            let base = if coordinate == Self::JOINT { v } else { 0.0 };
+            let base = if coordinate == Self::SECOND { v } else { 0.0 };
             base - self.wave(coordinate, u).0
         };
         let centre = self.space.metric().centroid;
@@ -138,7 +138,7 @@ impl Energy for Ring {
         for (coordinate, level) in levels.iter().enumerate() {
             let (wave, slope) = self.wave(coordinate, u);
             let z = level + wave;
-            if coordinate == Self::JOINT {
+            if coordinate == Self::SECOND {
                 v = z;
                 continue;
             }
@@ -156,8 +156,8 @@ impl Energy for Ring {
             2.0 * u * outward - v * across,
             2.0 * v * outward + u * across,
         );
-        slopes[Self::JOINT] = of_v;
-        along_u += of_u + of_v * self.wave(Self::JOINT, u).1;
+        slopes[Self::SECOND] = of_v;
+        along_u += of_u + of_v * self.wave(Self::SECOND, u).1;
 
         let w = rotation.w;
         energy += STIFFNESS * (1.0 - w * w);
