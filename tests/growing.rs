@@ -1,8 +1,11 @@
-//! A map that grows is the map made at once.
+//! A map that grows is the map made at once, and further searches between two of its minima find lower ways.
 
+use landscape::energy::Energy;
 use landscape::sample::{Mala, Task, stream};
+use landscape::space::{Euclidean, Space};
 use landscape::topography::{
-    Landscape, MapSettings, Minimum, Run, build_landscape, grow_landscape,
+    Addition, Connection, Landscape, MapSettings, MemoryJournal, Minimum, MinimumId, PairSearch,
+    Run, build_landscape, distinct, grow_landscape, quench_all,
 };
 
 use crate::pruning::{difference, minima_of};
@@ -35,7 +38,11 @@ fn a_grown_map_is_the_map_made_at_once() {
         let run = Run::default();
         let build = |minima| build_landscape(&energy, &kernel, minima, &settings, &run).unwrap();
         let grow = |earlier: &Landscape, minima| {
-            grow_landscape(&energy, &kernel, earlier, minima, &settings, &run).unwrap()
+            let addition = Addition {
+                minima,
+                ..Addition::default()
+            };
+            grow_landscape(&energy, &kernel, earlier, addition, &settings, &run).unwrap()
         };
         let at_once = build(minima.clone());
         // Every third minimum comes later, in two portions.
@@ -72,7 +79,8 @@ fn nothing_new_costs_nothing() {
     let settings = MapSettings::for_minima(&energy, &minima);
     let run = Run::default();
     let whole = build_landscape(&energy, &kernel, minima, &settings, &run).unwrap();
-    let same = grow_landscape(&energy, &kernel, &whole, Vec::new(), &settings, &run).unwrap();
+    let nothing = Addition::default();
+    let same = grow_landscape(&energy, &kernel, &whole, nothing, &settings, &run).unwrap();
     assert_eq!(same.evaluations, 0);
     assert_eq!(same.tree, whole.tree);
     assert_eq!(same.attempts, whole.attempts);
@@ -88,4 +96,137 @@ fn nothing_new_costs_nothing() {
         whole.network.node_weights().collect::<Vec<_>>()
     );
     assert_eq!(same.connections, whole.connections);
+}
+
+/// Two wells and a ridge between them. The straight way crosses it in a dip between two peaks, and lower ways lead round the
+/// peaks.
+///
+/// ```text
+/// E = (x² − 1)² + 0.02 y² + 2 exp(−6x²) [exp(−16(y − 0.35)²) + exp(−16(y + 0.35)²)] + 0.01 x
+/// ```
+struct Detour(Euclidean);
+
+impl Energy for Detour {
+    fn space(&self) -> &dyn Space {
+        &self.0
+    }
+
+    fn evaluate(&self, p: &[f64], gradient: &mut [f64]) -> f64 {
+        let [x, y] = [p[0], p[1]];
+        let wells = x * x - 1.0;
+        let peaks = [0.35, -0.35].map(|top| {
+            let apart = y - top;
+            (apart, 2.0 * libm::exp(-6.0 * x * x - 16.0 * apart * apart))
+        });
+        let ridge: f64 = peaks.iter().map(|(_, peak)| peak).sum();
+        let slope: f64 = peaks.iter().map(|(apart, peak)| apart * peak).sum();
+        gradient[0] = 4.0 * x * wells - 12.0 * x * ridge + 0.01;
+        gradient[1] = 0.04 * y - 32.0 * slope;
+        wells * wells + 0.02 * y * y + ridge + 0.01 * x
+    }
+}
+
+/// The map of the two wells by straight lines alone.
+fn by_straight_lines(energy: &Detour) -> (Landscape, MapSettings) {
+    let starts = [vec![-1.0, 0.0], vec![1.0, 0.0]];
+    let mut settings = MapSettings::for_scales(1.0, 1.0);
+    settings.searches = 0;
+    // A gentle pull on warm chains, so that many of them leave the straight way.
+    settings.chain.temperature = 0.2;
+    settings.chain.force = 2.0;
+    let run = Run::default();
+    let quenches = quench_all(energy, &starts, &settings.quench, &run).unwrap();
+    let (minima, _) = distinct(energy, &quenches, &settings.sameness, f64::INFINITY);
+    let map = build_landscape(energy, &Mala::new(energy), minima, &settings, &run).unwrap();
+    (map, settings)
+}
+
+fn pair(a: usize, b: usize, searches: usize) -> Addition {
+    Addition {
+        pair: Some(PairSearch {
+            minima: [a, b].map(MinimumId),
+            searches,
+        }),
+        ..Addition::default()
+    }
+}
+
+#[test]
+fn further_searches_find_the_way_round() {
+    let energy = Detour(Euclidean::new(2));
+    let (map, settings) = by_straight_lines(&energy);
+    let joined = |map: &Landscape| map.tree.minimax(MinimumId(0), MinimumId(1)).unwrap();
+    // By symmetry, the passes lie near x = 0.
+    let on_ridge = |places: std::ops::Range<i32>| {
+        let heights = places.map(|k| energy.evaluate(&[0.0, 1e-3 * f64::from(k)], &mut [0.0; 2]));
+        heights.fold(f64::INFINITY, f64::min)
+    };
+    let (dip, round) = (on_ridge(-200..200), on_ridge(700..2000));
+    assert!((joined(&map) - dip).abs() < 1e-3 && round < dip - 0.4);
+    let kernel = Mala::new(&energy);
+    let run = Run::default();
+    let addition = pair(1, 0, PairSearch::USUAL);
+    let found = grow_landscape(&energy, &kernel, &map, addition, &settings, &run).unwrap();
+    assert!((joined(&found) - round).abs() < 1e-3, "{}", joined(&found));
+    let searched = found.attempts.of_merges(&found.tree)[2].unwrap();
+    assert_eq!(searched.searches, PairSearch::USUAL);
+    assert!(searched.ended_here > 9, "{}", searched.ended_here);
+    // The next searches have other random numbers.
+    let further = grow_landscape(&energy, &kernel, &found, pair(0, 1, 2), &settings, &run).unwrap();
+    let attempts = further.attempts.list;
+    assert_eq!(attempts.len(), found.attempts.list.len() + 2);
+    let starts: Vec<_> = attempts.iter().map(|attempt| attempt.start).collect();
+    assert!((1..starts.len()).all(|k| !starts[..k].contains(&starts[k])));
+}
+
+#[test]
+fn further_searches_are_the_same_after_an_interruption() {
+    let energy = Detour(Euclidean::new(2));
+    let (map, settings) = by_straight_lines(&energy);
+    let kernel = Mala::new(&energy);
+    let connect = |searches: usize, journal: &MemoryJournal, threads: usize| {
+        let run = Run {
+            journal,
+            ..Run::default()
+        };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let addition = pair(0, 1, searches);
+        let map = || grow_landscape(&energy, &kernel, &map, addition, &settings, &run).unwrap();
+        let found = pool.unwrap().install(map);
+        let path = |connection: &Connection| connection.path.images.clone();
+        let paths: Vec<_> = found.connections.iter().map(path).collect();
+        (found.tree, found.attempts, paths, found.evaluations)
+    };
+    let journal = MemoryJournal::default();
+    let at_once = connect(20, &journal, 1);
+    // What a run that ended after its first round has stored.
+    let interrupted = MemoryJournal::default();
+    connect(8, &interrupted, 2);
+    assert_eq!(connect(20, &interrupted, 2), at_once);
+    assert_eq!(connect(20, &journal, 2), at_once);
+}
+
+#[test]
+fn a_searched_pair_keeps_its_minima_when_others_are_added() {
+    let (energy, minima) = surface(2);
+    let kernel = Mala::new(&energy);
+    let mut settings = MapSettings::for_minima(&energy, &minima);
+    settings.searches = 0;
+    let run = Run::default();
+    // The lowest ones come later, so that all have other numbers.
+    let (later, first) = minima.split_at(minima.len() / 2);
+    let map = build_landscape(&energy, &kernel, first.to_vec(), &settings, &run).unwrap();
+    let addition = Addition {
+        minima: later.to_vec(),
+        ..pair(3, 1, 2)
+    };
+    let grown = grow_landscape(&energy, &kernel, &map, addition, &settings, &run).unwrap();
+    let last = grown.attempts.list.last().unwrap();
+    let place = |map: &Landscape, id: MinimumId| {
+        let minima: Vec<_> = map.network.node_weights().collect();
+        minima[id.0].coordinates.clone()
+    };
+    assert_eq!(place(&grown, last.from), place(&map, MinimumId(1)));
+    assert_eq!(place(&grown, last.to), place(&map, MinimumId(3)));
+    assert!(last.from.0 > 1);
 }

@@ -217,6 +217,10 @@ def test_a_landscape_grows(grasps, mapped, tmp_path, line):
     assert ls.explore("muller-brown").grasps is None
     with pytest.raises(ls.InputError, match="holds all these grasps already"):
         grasps[:4].build(onto=mapped)
+    more = grasps.build(onto=grown, connect=("m1", 0))
+    assert more.manifest["findings"]["growth"]["connected"]["searches"] == 40
+    with pytest.raises(ls.InputError, match="--connect m99: there are"):
+        grasps.build(onto=grown, connect=(0, 99))
     # The command line makes the same bytes.
     grasps.write(tmp_path / "grasps.parquet")
     mapped.save(tmp_path / mapped.folder.name)

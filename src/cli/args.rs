@@ -1,11 +1,12 @@
 //! The arguments that several verbs share. Those of one verb are in its own file.
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::{Args, ValueHint};
 
 use super::provenance::Provenance;
 use crate::limits::{Limit, THREADS};
-use crate::topography::{GroupSettings, PathMethod};
+use crate::printable::numbered;
+use crate::topography::{GroupSettings, MinimumId, PathMethod};
 
 /// Flags of every subcommand.
 #[derive(Debug, Args)]
@@ -162,4 +163,15 @@ impl From<Paths> for PathMethod {
 pub(super) fn within(flag: &str, limit: Limit, value: f64) -> anyhow::Result<()> {
     let told = |beyond| anyhow::anyhow!("{flag} {beyond}");
     limit.check(value).map_err(told)
+}
+
+/// The minimum that the value of a flag names, `m3` or `3`, of `count`.
+pub(super) fn minimum_named(flag: &str, name: &str, count: usize) -> anyhow::Result<MinimumId> {
+    match name.strip_prefix('m').unwrap_or(name).parse() {
+        Ok(number) if number < count => Ok(MinimumId(number)),
+        Ok(_) => bail!("--{flag} {name}: {}", numbered(count, "minimum", 'm')),
+        Err(_) => {
+            bail!("--{flag} {name}: write minima as the tree names them, such as m0 or m17")
+        }
+    }
 }

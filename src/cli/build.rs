@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 
-use super::args::{Again, Common, GroupBarrier, HandAndObject, Paths, WithPage, within};
+use super::args::{
+    Again, Common, GroupBarrier, HandAndObject, Paths, WithPage, minimum_named, within,
+};
 use super::input;
 use super::output::{check_inputs, check_place};
 use super::provenance::name_of;
@@ -24,7 +26,7 @@ use crate::study::{
     ConfigurationError, EarlierLandscape, GraspLandscape, GraspMapSettings, GraspReport,
     JoinedGrasps, MapSearch, MapSummary, StudyError, StudyRun, grow_population, map_population,
 };
-use crate::topography::Run;
+use crate::topography::{PairSearch, Run};
 
 /// Map a landscape.
 #[derive(Debug, Args)]
@@ -64,6 +66,10 @@ pub(super) struct Build {
         "neighbours", "temperature", "pull", "diagram", "paths", "config", "search", "seed",
     ])]
     onto: Option<PathBuf>,
+    /// Spend more on two minima of the landscape of --onto, as it names them (m3, m17): 40 further searches for a lower way
+    /// between them. FILE need hold no new grasps; it may be the grasps.parquet of that landscape.
+    #[arg(long, num_args = 2, value_names = ["FROM", "TO"], requires = "onto")]
+    connect: Option<Vec<String>>,
     #[command(flatten)]
     groups: GroupBarrier,
     /// Map only the grasps that held in simulation (column `stable` of `landscape stability`).
@@ -111,6 +117,8 @@ Examples:
   landscape build mug.parquet --search adelm               the published method alone, for comparison
   landscape build mug.parquet --group-barrier 0.1          groups as another landscape has them at 0.1
   landscape build more.parquet --onto mug.landscape        adds grasps to a finished landscape: writes more.landscape/
+  landscape build mug.landscape/grasps.parquet --onto mug.landscape --connect m3 m17 -o better.landscape
+                                                           further searches for a lower way between two minima
 
 Writes minima.parquet, edges.parquet, paths.parquet, grasps.parquet (those that were mapped), landscape.json, the tree (tree.nwk, tree.dot, tree.json), the
 network (barriers.graphml), min.data and ts.data for PATHSAMPLE (with placeholders instead of curvatures), the
@@ -149,6 +157,10 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     }
     let earlier = command.onto.as_deref().map(EarlierLandscape::read);
     let earlier = earlier.transpose()?;
+    let pair = match (&command.connect, &earlier) {
+        (Some(names), Some(earlier)) => Some(pair(names, earlier.minima())?),
+        _ => None,
+    };
     let mut populations = file.landscapes();
     if let Some(earlier) = &earlier {
         let same = earlier.same_population(populations);
@@ -189,7 +201,7 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
             command,
             common,
             population,
-            earlier,
+            earlier.map(|earlier| (earlier, pair)),
             (folder, worker),
             warnings.collect(),
         )
@@ -204,6 +216,20 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     match worker {
         Some(worker) => print_worker(common, worker, finished_tasks),
         None => print_landscapes(common, &folders),
+    }
+}
+
+/// The searches between the two minima that are named, of `count`.
+fn pair(names: &[String], count: usize) -> anyhow::Result<PairSearch> {
+    let minima = names
+        .iter()
+        .map(|name| minimum_named("connect", name, count));
+    match minima.collect::<anyhow::Result<Vec<_>>>()?[..] {
+        [from, to] if from != to => Ok(PairSearch {
+            minima: [from, to],
+            searches: PairSearch::USUAL,
+        }),
+        _ => anyhow::bail!("--connect {}: name two different minima", names.join(" ")),
     }
 }
 
@@ -290,7 +316,7 @@ fn build(
     command: &Build,
     common: &Common,
     population: &Population<'_>,
-    earlier: Option<&EarlierLandscape>,
+    onto: Option<(&EarlierLandscape, Option<PairSearch>)>,
     (output, worker): (&Path, Option<Worker>),
     mut warnings: Vec<String>,
 ) -> anyhow::Result<usize> {
@@ -298,12 +324,17 @@ fn build(
     population
         .grasps
         .truncate(command.first.unwrap_or(usize::MAX));
-    let joined = earlier.map(|earlier| earlier.joined(&population));
+    let joined = onto.map(|(earlier, _)| earlier.joined(&population));
     let joined = joined.transpose()?;
-    if let Some(joined) = &joined {
-        warnings.extend(joining(joined));
+    if let (Some((earlier, pair)), Some(joined)) = (onto, &joined) {
+        if !joined.are_known(earlier) {
+            warnings.extend(joining(joined));
+        } else if pair.is_none() {
+            return Err(StudyError::NothingNew(earlier.source.name.clone()).into());
+        }
         population.clone_from(&joined.file.landscapes()[0]);
     }
+    let earlier = onto.map(|(earlier, _)| earlier);
     anyhow::ensure!(
         population.grasps.len() > 1,
         "there is only one grasp of the {} hand on {}, but a landscape needs at least two",
@@ -328,6 +359,7 @@ fn build(
         energy: &energy,
         settings: &settings,
         earlier,
+        pair: onto.and_then(|(_, pair)| pair),
         source: Source {
             name: name_of(&command.grasps),
             content_hash: content_hash(&[&std::fs::read(&command.grasps)?]),
@@ -416,6 +448,8 @@ pub(super) struct Mapping<'a> {
     pub(super) settings: &'a GraspMapSettings,
     /// The landscape to which the last grasps of the population are added.
     pub(super) earlier: Option<&'a EarlierLandscape>,
+    /// Two minima of that landscape between which further searches are made.
+    pub(super) pair: Option<PairSearch>,
     /// The file of the grasps.
     pub(super) source: Source,
     pub(super) warnings: Vec<String>,
@@ -437,7 +471,7 @@ impl Mapping<'_> {
         match self.earlier {
             Some(earlier) => {
                 let barrier = settings.map.groups.barrier;
-                grow_population(earlier, population, self.energy, barrier, run)
+                grow_population(earlier, population, self.energy, barrier, self.pair, run)
             }
             None => map_population(population, self.energy, settings, run),
         }
@@ -510,6 +544,7 @@ impl Mapping<'_> {
             &(population.grasps.len() as u64).to_le_bytes(),
             serde_json::to_string(&(settings.search, settings.diagram))?.as_bytes(),
             earlier.map_or(&[], |hash| hash.as_bytes()),
+            format!("{:?}", self.pair).as_bytes(),
             env!("CARGO_PKG_VERSION").as_bytes(),
         ]))
     }

@@ -3,16 +3,15 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, anyhow, bail, ensure};
+use anyhow::{Context, anyhow, ensure};
 use clap::{Args, ValueEnum};
 
-use super::args::{Common, GroupBarrier};
+use super::args::{Common, GroupBarrier, minimum_named};
 use super::input::open_landscape;
 use super::output::{check_folder, make_folder};
 use super::report::held;
 use crate::cli::printing::{complain, print_wrote};
 use crate::figure::Leaf;
-use crate::printable::numbered;
 use crate::store::{FileSet, MinimumRow, read_attempts};
 use crate::study::{
     Colouring, Drawing, MinimumNames, MinimumValues, Quantities, Titles, Views, group_of,
@@ -216,16 +215,8 @@ fn leaves(
 
 /// Parses names such as `m3` or `3`.
 fn picked(names: &[String], count: usize) -> anyhow::Result<Vec<MinimumId>> {
-    let mut picked = Vec::new();
-    for name in names {
-        let number = name.strip_prefix('m').unwrap_or(name).parse().ok();
-        match number {
-            Some(number) if number < count => picked.push(MinimumId(number)),
-            Some(_) => bail!("--pick {name}: {}", numbered(count, "minimum", 'm')),
-            None => bail!("--pick {name}: write minima as the tree names them, m0,m3,m17"),
-        }
-    }
-    Ok(picked)
+    let number = |name: &String| minimum_named("pick", name, count);
+    names.iter().map(number).collect()
 }
 
 /// `X.landscape` is drawn into `X.view`.
@@ -277,7 +268,8 @@ mod tests {
     fn minima_are_picked_by_name() {
         let names = ["m3", "0"].map(str::to_owned);
         assert_eq!(picked(&names, 4).unwrap(), [3, 0].map(MinimumId));
-        for (name, said) in [("m4", "m0 to m3"), ("x", "m0,m3,m17"), ("-1", "m0,m3,m17")] {
+        let names = "write minima as the tree names them";
+        for (name, said) in [("m4", "m0 to m3"), ("x", names), ("-1", names)] {
             let error = picked(&[name.to_owned()], 4).unwrap_err().to_string();
             assert!(error.contains(said), "{error}");
         }

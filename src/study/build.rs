@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::chain_choice::ChainChoice;
+use super::connected::ConnectedPair;
 use super::earlier::EarlierLandscape;
 use super::error::StudyError;
 use super::level::letting_go;
@@ -13,8 +14,8 @@ use crate::grasp::{GraspEnergy, GraspKernel};
 use crate::sample::Kernel;
 use crate::store::{Population, Source};
 use crate::topography::{
-    JournalError, Landscape, MapSettings, Minimum, MinimumId, Phase, SequentialSettings,
-    build_landscape, distinct, grow_landscape, quench_all, sequential,
+    Addition, JournalError, Landscape, MapSettings, Minimum, MinimumId, PairSearch, Phase,
+    SequentialSettings, build_landscape, distinct, grow_landscape, quench_all, sequential,
 };
 
 /// A landscape of grasps and how it was made.
@@ -37,7 +38,7 @@ pub struct GraspLandscape {
 }
 
 /// The landscape to which grasps were added, and what it cost.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Growth {
     /// The folder of the landscape, and the hash of its manifest.
     pub onto: Source,
@@ -47,6 +48,9 @@ pub struct Growth {
     pub minima: usize,
     /// Energy evaluations spent on what was added.
     pub evaluations: usize,
+    /// What further searches between two of its minima found, if any were made.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub connected: Option<ConnectedPair>,
 }
 
 /// Maps the landscape between the grasps of one hand on one object: descends from every grasp, merges equal minima,
@@ -157,20 +161,22 @@ pub(super) fn joined(
 
 /// Adds grasps to a finished landscape and does only what is new: descends from them, connects the minima that the landscape
 /// does not have, and leaves its own connections as they are; see [`grow_landscape`]. `population` is that of
-/// [`JoinedGrasps::file`](super::JoinedGrasps::file). The settings are those of the landscape, but the level of groups may be
-/// another one.
+/// [`JoinedGrasps::file`](super::JoinedGrasps::file). `pair` are two minima of the landscape between which further searches
+/// are made; then there need be no new grasp. The settings are those of the landscape, but the level of groups may be another
+/// one.
 ///
 /// # Errors
 /// [`StudyError::OtherEnergy`] if the energy is not that of the landscape, [`StudyError::Journal`] if a finished task cannot
 /// be stored.
 ///
 /// # Panics
-/// If the energy belongs to another hand than the population's.
+/// If the energy belongs to another hand than the population's, a minimum of the pair does not exist, or both are the same.
 pub fn grow_population(
     earlier: &EarlierLandscape,
     population: &Population<'_>,
     energy: &GraspEnergy,
     group_barrier: Option<f64>,
+    pair: Option<PairSearch>,
     run: &StudyRun<'_>,
 ) -> Result<GraspLandscape, StudyError> {
     let kernel = GraspKernel::new(energy);
@@ -187,9 +193,11 @@ pub fn grow_population(
     let hover = hover_costs(energy, &probes(energy, &all), run)?;
     (run.stage_ended)("hover", 0);
     map.groups.highest = hovering(&hover);
-    let landscape = grow_landscape(energy, &kernel, &known, minima, &map, &run.run)?;
+    let addition = Addition { minima, pair };
+    let landscape = grow_landscape(energy, &kernel, &known, addition, &map, &run.run)?;
     (run.stage_ended)("connect", landscape.evaluations);
     let spent = descents + landscape.evaluations;
+    let connected = pair.map(|pair| ConnectedPair::of(&known, &landscape, &pair));
     Ok(GraspLandscape {
         evaluations: earlier.evaluations() + spent,
         settings: map,
@@ -202,6 +210,7 @@ pub fn grow_population(
             grasps: earlier.grasps(),
             minima: earlier.minima(),
             evaluations: spent,
+            connected,
         }),
     })
 }

@@ -41,6 +41,13 @@ pub struct JoinedGrasps {
     pub renumbered: usize,
 }
 
+impl JoinedGrasps {
+    /// Whether the earlier landscape had all grasps.
+    pub fn are_known(&self, earlier: &EarlierLandscape) -> bool {
+        self.file.grasps.len() == earlier.grasps()
+    }
+}
+
 impl EarlierLandscape {
     /// Reads the folder of a landscape that `landscape build` made.
     ///
@@ -144,7 +151,7 @@ impl EarlierLandscape {
     /// are, bit for bit.
     ///
     /// # Errors
-    /// If the terms of the energy are others, or if nothing is new.
+    /// If the terms of the energy are others.
     pub fn joined(&self, population: &Population<'_>) -> Result<JoinedGrasps, StudyError> {
         let earlier = &self.grasps;
         if population.terms() != earlier.metadata.terms {
@@ -158,9 +165,6 @@ impl EarlierLandscape {
         let new: Vec<&GraspRow> = (population.grasps.iter().copied())
             .filter(|row| !known.contains(&pose(row)))
             .collect();
-        if new.is_empty() {
-            return Err(StudyError::NothingNew(self.source.name.clone()));
-        }
         let taken: BTreeSet<u64> = earlier.grasps.iter().map(|row| row.id).collect();
         let used: BTreeSet<u64> = taken
             .iter()

@@ -113,7 +113,9 @@ pub enum StudyError {
     )]
     OtherEnergy(String),
     /// A landscape has all grasps already.
-    #[error("{0} holds all these grasps already: there is nothing to add")]
+    #[error(
+        "{0} holds all these grasps already: there is nothing to add (--connect searches between two of its minima)"
+    )]
     NothingNew(String),
     /// The manifest of a landscape has no group barrier.
     #[error("the landscape does not record its group barrier")]

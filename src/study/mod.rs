@@ -86,6 +86,7 @@
 mod build;
 mod chain_choice;
 mod configuration;
+mod connected;
 mod contacts;
 mod digits;
 mod diversity;
@@ -136,6 +137,7 @@ use serde_json::Value;
 pub use build::{GraspLandscape, Growth, grow_population, map_population};
 pub use chain_choice::ChainChoice;
 pub use configuration::{ConfigurationError, ConfigurationFile, SurfaceConfiguration};
+pub use connected::ConnectedPair;
 pub use contacts::{BalancingForces, ContactsError, ContactsReport, GivenContact, GivenContacts};
 pub(crate) use digits::Digits;
 pub use diversity::{

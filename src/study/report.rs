@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::build::{GraspLandscape, Growth, hovering};
 use super::chain_choice;
+use super::connected::ConnectedPair;
 use super::drawing::{Titles, Views, not_drawn};
 use super::error::StudyError;
 use super::level::{GROUP_LEVEL, GroupLevel, letting_go};
@@ -130,7 +131,10 @@ impl GraspReport<'_> {
             chain_choice::write(diagram, &titles.title, folder)?;
         }
         let text = self.summary(&mapped, &merges, &uncertainty, &files);
-        let headline = self.headline(files.minima.len(), &uncertainty);
+        let mut headline = self.headline(files.minima.len(), &uncertainty);
+        if let Some(connected) = self.connected() {
+            headline += &format!(" {}.", connected.spell());
+        }
         // Those of the grasps are known before they are mapped.
         let warnings = files.manifest.warnings.iter().skip(self.warnings.len());
         Ok(MapSummary {
@@ -140,6 +144,10 @@ impl GraspReport<'_> {
                 .collect(),
             text: conclude(&files, &text, folder)?,
         })
+    }
+
+    fn connected(&self) -> Option<&ConnectedPair> {
+        self.found.growth.as_ref()?.connected.as_ref()
     }
 
     /// How many different grasps and families there are, and how many further grasps would be of one of these.
@@ -335,6 +343,7 @@ impl GraspReport<'_> {
         lines.extend(uncertainty::lines(uncertainty));
         lines.extend(found.hover.iter().map(cost_of_hovering));
         lines.extend(found.growth.as_ref().map(|growth| self.grown(growth)));
+        lines.extend(self.connected().map(|pair| format!("- {}", pair.spell())));
         lines.push(format!("- {} energy evaluations\n", counts.evaluations));
         lines
     }

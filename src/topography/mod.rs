@@ -36,7 +36,7 @@ pub mod view;
 pub use adelm::{Chain, ChainSettings, chain};
 pub use audit::{Audit, AuditSettings, Verdict, audit};
 pub use barrier::{Connection, Connector, Crossing, Pair, Start};
-pub use build::{MapSettings, build_landscape, grow_landscape};
+pub use build::{Addition, MapSettings, PairSearch, build_landscape, grow_landscape};
 pub use diagram::{
     Diagram, DiagramSettings, ForceLevel, Isotherm, Recommendation, Threshold, diagram, log_grid,
 };

@@ -1,9 +1,10 @@
-//! `landscape build --onto`: grasps are added to a finished landscape.
+//! `landscape build --onto`: grasps are added to a finished landscape, or further searches.
 
 use std::fs;
 use std::path::Path;
 
-use landscape::store::{GraspFile, LandscapeFiles, Overrides};
+use landscape::store::{GraspFile, LandscapeFiles, Overrides, read_attempts};
+use landscape::topography::{Attempts, Evidence, MinimumId, Start, Tree};
 
 use crate::desk::{Desk, assert_says};
 use crate::{contents, landscape};
@@ -93,6 +94,55 @@ fn growing_gives_the_same_bytes_on_any_threads_and_after_a_kill() {
     assert_eq!(promised("shared.landscape"), once);
 }
 
+/// Further searches between two minima, without new grasps.
+#[test]
+fn two_minima_are_connected_with_more_effort() {
+    let desk = desk();
+    let connect =
+        "build old.landscape/grasps.parquet --onto old.landscape --connect m1 m0 --no-report";
+    let said = desk.run(&format!("{connect} -o new.landscape")).stdout;
+    assert_says(
+        &String::from_utf8(said).unwrap(),
+        &["m1 and m0: joined at ", "40 further searches, "],
+    );
+    let [old, new] = ["old.landscape", "new.landscape"].map(|name| {
+        let folder = desk.path(name);
+        let files = LandscapeFiles::read(&folder).unwrap();
+        let attempts = read_attempts(&folder, &files).unwrap();
+        let tree = Tree::from_network(&files.network(&folder).unwrap(), Evidence::Chain);
+        (files, attempts, tree)
+    });
+    assert_eq!(new.0.minima.len(), old.0.minima.len());
+    let chains = |attempts: &Attempts| {
+        let starts = attempts.list.iter().map(|attempt| attempt.start);
+        starts
+            .filter(|start| matches!(start, Start::Chain { .. }))
+            .count()
+    };
+    assert_eq!(chains(&new.1), chains(&old.1) + 40);
+    let joined = |tree: &Tree| tree.minimax(MinimumId(0), MinimumId(1)).unwrap();
+    assert!(joined(&new.2) <= joined(&old.2));
+    let summary = fs::read_to_string(desk.path("new.landscape/summary.md")).unwrap();
+    assert_says(
+        &summary,
+        &[
+            "- m1 and m0: joined at ",
+            ": 0 grasps added, ",
+            "--connect m1 m0",
+        ],
+    );
+    fs::rename(desk.path("new.landscape"), desk.path("once.landscape")).unwrap();
+    let line = format!("{connect} -q -o new.landscape");
+    desk.interrupt(&line, "new.landscape.partial/journal", 9);
+    desk.succeed(&format!("{line} --resume --threads 1"));
+    let [once, resumed] = ["once.landscape", "new.landscape"].map(|name| {
+        let mut files = contents(&desk.path(name));
+        files.retain(|path, _| !path.ends_with("timings.json"));
+        files.into_values().collect::<Vec<_>>()
+    });
+    assert_eq!(once, resumed);
+}
+
 #[test]
 fn ids_that_are_taken_are_replaced() {
     let desk = desk();
@@ -136,6 +186,23 @@ fn what_cannot_grow_is_refused_in_one_sentence() {
         &["is a file, but a landscape is a folder"],
     );
     refused("build g.parquet --onto nowhere", &["nowhere"]);
+    refused(
+        "build g.parquet --onto old.landscape --connect m0 m9",
+        &["--connect m9: there are ", "minima, m0 to m"],
+    );
+    refused(
+        "build g.parquet --onto old.landscape --connect m1 1",
+        &["--connect m1 1: name two different minima"],
+    );
+    refused(
+        "build g.parquet --onto old.landscape --connect m1 g0",
+        &["--connect g0: write minima as the tree names them"],
+    );
+    refused("build g.parquet --connect m0 m1", &["--onto <LANDSCAPE>"]);
+    refused(
+        "build g.parquet --onto old.landscape --connect m0",
+        &["2 values required for '--connect <FROM> <TO>'"],
+    );
     refused(
         "build g.parquet --onto old.landscape --neighbours 3",
         &["'--onto <LANDSCAPE>' cannot be used with '--neighbours <K>'"],

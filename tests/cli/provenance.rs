@@ -16,7 +16,7 @@ use crate::desk::Desk;
 use crate::{PATIENT, contents, grasps, landscape};
 
 /// Runs of every verb that records its command. Together they use all its flags. `@` stands for the folder of the inputs.
-const RUNS: [(&str, &[&str]); 22] = [
+const RUNS: [(&str, &[&str]); 23] = [
     (
         "synth",
         &[
@@ -124,6 +124,17 @@ const RUNS: [(&str, &[&str]); 22] = [
         ],
     ),
     ("build", &["@/-g.parquet", "--onto", "@/it's old"]),
+    (
+        "build",
+        &[
+            "@/-g.parquet",
+            "--onto",
+            "@/it's old",
+            "--connect",
+            "m0",
+            "1",
+        ],
+    ),
     (
         "build",
         &[

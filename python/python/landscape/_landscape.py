@@ -659,6 +659,7 @@ def build(
     first: int | None = None,
     seed: int = 0,
     onto: Landscape | StrPath | None = None,
+    connect: tuple[str | int, str | int] | None = None,
     report: bool = False,
     progress: bool | None = None,
 ) -> Landscape:
@@ -697,6 +698,8 @@ def build(
         Seed of all random draws. The result depends on nothing else.
     onto
         A finished landscape to which the grasps are added, with its settings; only what is new is done.
+    connect
+        Two minima of ``onto`` between which 40 further searches look for a lower way. There need be no new grasp.
     report
         Whether to write ``report.html`` into the folder.
     progress
@@ -722,7 +725,8 @@ def build(
         only_stable=only_stable, first=first, seed=whole("seed", seed) or None, onto=None if onto is None else _folder(onto),
         no_report=not report,
     )
-    command("build", grasps._file(), *given, "--quiet", "--output", target, progress=progress)
+    pair = [] if connect is None else ["--connect", *_names("connect", connect)]
+    command("build", grasps._file(), *given, *pair, "--quiet", "--output", target, progress=progress)
     return Landscape(target, _keeps=keeps)
 
 

@@ -275,6 +275,7 @@ impl Survey {
             energy: &energy,
             settings: &settings,
             earlier: None,
+            pair: None,
             source,
             warnings: population.hand.warnings().collect(),
             with_page: !self.page.no_report,

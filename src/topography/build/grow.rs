@@ -13,11 +13,36 @@ use crate::topography::network::{Minimum, MinimumId};
 
 use super::MapSettings;
 
-/// Maps the surface between the minima of `earlier` and `minima`, and does only what is new.
+/// What is added to a finished map.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Addition {
+    /// Minima, some of which the map may have already.
+    pub minima: Vec<Minimum>,
+    /// Two minima of the map between which further searches are made.
+    pub pair: Option<PairSearch>,
+}
+
+/// Independent searches between two minima, whatever was searched before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PairSearch {
+    /// The numbers of the minima in the map to which they are added.
+    pub minima: [MinimumId; 2],
+    /// Number of searches, every other one of them from the second minimum to the first.
+    pub searches: usize,
+}
+
+impl PairSearch {
+    /// The usual number of searches: four times as many as the map makes across a merge at most.
+    pub const USUAL: usize = 40;
+}
+
+/// Maps the surface between the minima of `earlier` and those of `addition`, and does only what is new.
 ///
 /// A minimum that `earlier` has gets the members of its new copy. All others are connected as in
 /// [`build_landscape`](super::build_landscape); pairs of two minima of `earlier` are left as they are. Members count the
-/// input points of both.
+/// input points of both. The searches of [`Addition::pair`] come last. They lower the height at which its minima merge if
+/// they find a lower way, and the connection that decides this height is relaxed for longer if its evidence is a chain or
+/// worse.
 ///
 /// With k nearest neighbours, a near pair of two earlier minima was a near pair before, and new connections never raise a
 /// barrier, so no pair is missed. The map differs from one made at once in three ways: chains have other random streams,
@@ -29,26 +54,29 @@ use super::MapSettings;
 ///
 /// # Errors
 /// If the journal of `run` cannot store a record.
+///
+/// # Panics
+/// If a minimum of the pair is not in `earlier`, or both are the same.
 pub fn grow_landscape(
     energy: &dyn Energy,
     kernel: &dyn Kernel,
     earlier: &Landscape,
-    minima: Vec<Minimum>,
+    addition: Addition,
     settings: &MapSettings,
     run: &Run<'_>,
 ) -> Result<Landscape, JournalError> {
-    let (minima, rejected) = at_rest(energy, minima, &settings.sameness);
-    let start = Charted::onto(energy, earlier, minima, &settings.sameness);
+    let (minima, rejected) = at_rest(energy, addition.minima, &settings.sameness);
+    let start = Charted::onto(energy, earlier, (minima, addition.pair), &settings.sameness);
     let mapped = start.minima.clone();
     LandscapeBuilder::new((energy, kernel), &mapped, start, settings, run).map(rejected)
 }
 
 impl Charted {
-    /// All that `earlier` knows, and `minima`.
+    /// All that `earlier` knows, and what is added.
     fn onto(
         energy: &dyn Energy,
         earlier: &Landscape,
-        minima: Vec<Minimum>,
+        (minima, pair): (Vec<Minimum>, Option<PairSearch>),
         sameness: &MatchTolerance,
     ) -> Self {
         let space = energy.space();
@@ -83,6 +111,12 @@ impl Charted {
             .unzip();
         let mut start = Self {
             settled,
+            pair: pair.map(|mut pair| {
+                let [from, to] = pair.minima;
+                assert_ne!(from, to, "searches need two different minima");
+                pair.minima.iter_mut().for_each(renumbered);
+                pair
+            }),
             ..Self::new(minima)
         };
         for connection in &earlier.connections {

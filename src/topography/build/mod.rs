@@ -28,7 +28,7 @@ use super::{Phase, Tally};
 use crate::energy::Energy;
 use crate::optimize::Quench;
 use crate::sample::Kernel;
-pub use grow::grow_landscape;
+pub use grow::{Addition, PairSearch, grow_landscape};
 use rest::at_rest;
 pub(super) use rest::by_energy;
 pub use settings::MapSettings;
@@ -68,6 +68,8 @@ struct Charted {
     best: BTreeMap<(usize, usize), Connection>,
     attempts: Vec<Attempt>,
     unlisted_minima: Vec<Quench>,
+    /// Two of the minima between which further searches are made, whatever is known.
+    pair: Option<PairSearch>,
 }
 
 impl Charted {
@@ -78,6 +80,7 @@ impl Charted {
             best: BTreeMap::new(),
             attempts: Vec::new(),
             unlisted_minima: Vec::new(),
+            pair: None,
         }
     }
 }
@@ -98,6 +101,8 @@ struct LandscapeBuilder<'a> {
     attempts: Vec<Attempt>,
     /// Number of the next search.
     searches: usize,
+    /// Two of the minima between which further searches are made.
+    pair: Option<PairSearch>,
     waypoints: Waypoints,
     /// The tree of the passes known so far, on a surface with ripples.
     known: Option<Tree>,
@@ -125,6 +130,7 @@ impl<'a> LandscapeBuilder<'a> {
                 .map(|attempt| ((attempt.from.0, attempt.to.0), 1))
                 .collect(),
             searches: next_search(&start.attempts),
+            pair: start.pair,
             waypoints: Waypoints::default(),
             best: start.best,
             unlisted_minima: start.unlisted_minima,
@@ -187,14 +193,28 @@ impl LandscapeBuilder<'_> {
         }
     }
 
-    /// The pairs that decide the tree of whole basins, without those of an earlier map.
+    /// Whether a connection may be improved: if it is new, or if it decides at which height the two minima of further
+    /// searches merge.
+    fn may_improve(&self, network: &Network) -> impl Fn(&(usize, usize)) -> bool {
+        let height = self.pair.and_then(|pair| {
+            let [a, b] = pair.minima;
+            Tree::from_network(network, Evidence::Chain).minimax(a, b)
+        });
+        let tolerance = self.settings.sameness.energy;
+        move |pair| {
+            let apart = height.map(|height| (self.best[pair].edge.height - height).abs());
+            !self.is_settled(*pair) || apart.is_some_and(|apart| apart <= tolerance)
+        }
+    }
+
+    /// The pairs that decide the tree of whole basins, and may be improved.
     fn decisive(&self, network: &Network) -> Vec<(usize, usize)> {
-        let basins = self.basins();
+        let (basins, may_improve) = (self.basins(), self.may_improve(network));
         spanning_forest(network, Evidence::Chain)
             .into_iter()
             .filter_map(|edge| network.edge_endpoints(edge))
             .map(|(a, b)| (a.index().min(b.index()), a.index().max(b.index())))
-            .filter(|(a, b)| basins[*a] != basins[*b] && !self.is_settled((*a, *b)))
+            .filter(|(a, b)| basins[*a] != basins[*b] && may_improve(&(*a, *b)))
             .collect()
     }
 
@@ -295,7 +315,7 @@ impl LandscapeBuilder<'_> {
             .filter(|edge| network[*edge].evidence > Evidence::Path)
             .filter_map(|edge| network.edge_endpoints(edge))
             .map(|(a, b)| (a.index(), b.index()))
-            .filter(|pair| !self.is_settled(*pair))
+            .filter(self.may_improve(&network))
             .collect()
     }
 

@@ -35,6 +35,9 @@ const TEMPERATURES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 /// side of the merge.
 const FARTHER: f64 = 2.0 / 3.0;
 
+/// Number of further searches between two minima in each round; later ones begin with what the rounds before have found.
+const ROUND: usize = 8;
+
 /// How often the way of a chain is halved at most: descents from up to 2ⁿ − 1 of its points find its basins.
 const HALVINGS: u32 = 3;
 
@@ -81,10 +84,11 @@ impl Way {
 }
 
 impl LandscapeBuilder<'_> {
-    /// Searches for lower ways across every merge until their chance is small or the budget is spent.
+    /// Searches for lower ways across every merge until their chance is small or the budget is spent, and then between the two
+    /// minima of which more is wanted.
     pub(super) fn search(&mut self) -> Result<(), JournalError> {
         let most = self.settings.searches / 2;
-        if most == 0 || self.draws().is_empty() {
+        if self.pair.is_none() && (most == 0 || self.draws().is_empty()) {
             return Ok(());
         }
         for connection in self.best.values().cloned().collect::<Vec<_>>() {
@@ -96,17 +100,60 @@ impl LandscapeBuilder<'_> {
             if draws.is_empty() {
                 break;
             }
-            let tally = (self.run).tally_of_round(Phase::Cross, (round, most), draws.len());
-            let ways: Vec<Way> = self.run.each(
-                &tally,
-                &draws,
-                |draw| format!("search/{}", draw.number),
-                |draw| self.way(draw),
-            )?;
-            self.connect_basins(&draws, &ways, (round, most))?;
-            self.join_over_waypoints();
+            self.search_each(&draws, (round, most))?;
+        }
+        let further = self.pair.map_or(0, |pair| pair.searches);
+        let rounds = further.div_ceil(ROUND);
+        for round in 0..rounds {
+            let draws = self.draws_between(ROUND.min(further - round * ROUND));
+            self.search_each(&draws, (round, rounds))?;
         }
         Ok(())
+    }
+
+    /// Makes the searches of a round, and joins minima over what they found.
+    fn search_each(&mut self, draws: &[Draw], round: (usize, usize)) -> Result<(), JournalError> {
+        let tally = self.run.tally_of_round(Phase::Cross, round, draws.len());
+        let ways: Vec<Way> = self.run.each(
+            &tally,
+            draws,
+            |draw| format!("search/{}", draw.number),
+            |draw| self.way(draw),
+        )?;
+        self.connect_basins(draws, &ways, round)?;
+        self.join_over_waypoints();
+        Ok(())
+    }
+
+    /// `count` searches between the two minima of which more is wanted, in turn in each direction; none if only ripples divide
+    /// them.
+    fn draws_between(&self, count: usize) -> Vec<Draw> {
+        let basins = self.basins();
+        let Some([a, b]) = (self.pair).map(|pair| pair.minima.map(|minimum| basins[minimum.0]))
+        else {
+            return Vec::new();
+        };
+        if a == b {
+            return Vec::new();
+        }
+        let tree = Tree::from_network(&self.whole_basins(&basins), Evidence::Chain);
+        let height = tree.minimax(MinimumId(a), MinimumId(b));
+        let draw = |k| {
+            let number = self.searches + k;
+            let mut rng = stream(self.settings.seed, Task::Search, number as u64);
+            Draw {
+                pair: ordered((a, b)),
+                number,
+                backward: k % 2 == 1,
+                temperature: self.temperature(&mut rng),
+                height: height.unwrap_or(f64::INFINITY),
+            }
+        };
+        (0..count).map(draw).collect()
+    }
+
+    fn temperature(&self, rng: &mut Rng) -> f64 {
+        TEMPERATURES[rng.random_range(0..TEMPERATURES.len())] * self.settings.chain.temperature
     }
 
     /// Two searches, one in each direction, for each merge that is not settled.
@@ -138,12 +185,11 @@ impl LandscapeBuilder<'_> {
             for backward in [false, true] {
                 let mut rng = stream(self.settings.seed, Task::Search, number as u64);
                 let pair = self.across(&tree, NodeId(merge), &leaves, &mut rng);
-                let warmer = TEMPERATURES[rng.random_range(0..TEMPERATURES.len())];
                 draws.push(Draw {
                     pair: ordered(pair),
                     number,
                     backward,
-                    temperature: warmer * self.settings.chain.temperature,
+                    temperature: self.temperature(&mut rng),
                     height: node.energy,
                 });
                 number += 1;
