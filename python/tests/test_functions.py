@@ -74,7 +74,13 @@ def test_batch_and_hessian_find_the_same_minima(humps):
 
 
 def test_map_joins_given_minima():
-    found = ls.map(lambda x: (np.cos(3 * x).sum(), -3 * np.sin(3 * x)), [[1.0], [3.0], [-1.0]], ls.Torus(1), name="wells")
+    def waves(x):
+        return np.cos(3 * x).sum(), -3 * np.sin(3 * x)
+
+    starts = [[1.0], [3.0], [-1.0]]
+    found = ls.map(waves, starts, ls.Torus(1), name="wells")
+    chains = ls.map(waves, starts, ls.Torus(1), name="wells", search="adelm")
+    assert chains.minima.rows == 3 and chains.tree.merge_height(0, 1) > 0.99
     assert found.minima.rows == 3 and found.tree.merge_height(0, 1) == pytest.approx(1.0, abs=1e-3)
     assert found.newick().strip().endswith(";")
 
@@ -310,6 +316,7 @@ def test_wrong_points_and_spaces_are_told():
         (lambda: ls.Atoms(-1), "n of Atoms -1: a whole number from 1"),
         (lambda: ls.Torus(1.5), "n of Torus 1.5: a whole number"),
         (lambda: ls.map(bowl, [[1.0], [2.0, 3.0]]), "minima: an array of numbers is needed"),
+        (lambda: ls.map(bowl, [[1.0], [2.0]], search="chains"), 'search: "passes" or "adelm"'),
         (lambda: ls.evaluate(bowl, [1.0, 2.0]), r"points has the shape \(2,\), but \(k, n\)"),
         (lambda: ls.quench(bowl, [[1.0]], gradient_tolerance=float("nan")), "gradient_tolerance nan"),
         (lambda: ls.quench(bowl, [[1.0]], gradient_tolerance=-1e-3), "gradient_tolerance -0.001"),
