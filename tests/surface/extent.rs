@@ -1,6 +1,7 @@
 //! What `landscape surface` searches for, for how long, from which points and in which box.
 
 use std::fs;
+use std::process::Command;
 
 use landscape::store::StationaryRow;
 use landscape::topography::SearchSettings;
@@ -189,6 +190,59 @@ fn a_box_keeps_its_points() {
         // Four more saddles of the unrolled box are mirror images, which join a minimum to itself.
         assert!(text.contains("**2 minima** and **1 saddle**"), "{text}");
         assert!(text.contains("Minima there: 2; saddles there: 1"), "{text}");
+    }
+}
+
+/// Of two minima inside the box and two on its face, free energies count the former, once they are asked to.
+#[test]
+fn minima_on_a_face_can_be_left_out() {
+    if !python() {
+        return;
+    }
+    let desk = Desk::new();
+    // The slope along x is 10 (x + 0.5) (0.3 − x).
+    let lines = "energy = -10 * (x**3 / 3 + 0.1 * x * x - 0.15 * x) + (y * y - 1) ** 2\n\
+                 gradient = [-10 * (x + 0.5) * (x - 0.3), 4 * y * (y * y - 1)]";
+    let command = program(&desk, "faced.py", lines);
+    let region = ["--region=-1:1,-2:2", "--coordinates", "box", "-o", "faced"];
+    desk.succeed(&[&["--command", &command][..], &region].concat());
+    for verb in [
+        &["thermodynamics", "faced"][..],
+        &[
+            "rates",
+            "faced",
+            "--from",
+            "m2",
+            "--to",
+            "m3",
+            "--temperature",
+            "1",
+        ],
+    ] {
+        let run = |more: &[&str]| {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_landscape"));
+            command
+                .args(verb)
+                .args(more)
+                .current_dir(desk.folder.path());
+            command.output().unwrap()
+        };
+        let refused = run(&[]);
+        let said = String::from_utf8(refused.stderr).unwrap();
+        assert!(!refused.status.success(), "{verb:?}");
+        assert!(
+            said.contains("2 of 4 minima are not known: m0 and m1")
+                && said.contains("--without-faces"),
+            "{said}"
+        );
+        let counted = run(&["--without-faces"]);
+        let said = String::from_utf8(counted.stderr).unwrap();
+        assert!(counted.status.success(), "{said}");
+        let text = String::from_utf8(counted.stdout).unwrap();
+        assert!(
+            text.contains("2 of 4 minima are left out") && text.contains("m0 and m1"),
+            "{text}"
+        );
     }
 }
 
