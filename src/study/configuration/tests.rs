@@ -194,6 +194,7 @@ fn others(key: &str, value: &Value) -> Vec<Value> {
         Value::String(_) => {
             let words: &[&str] = match key {
                 "candidates" => &["fingertips", "all"],
+                "search" => &["adelm"],
                 "force_closure_form" | "distance_form" => &["square", "norm"],
                 "rank_form" => &["sum", "least"],
                 "prior_form" => &["norm", "standard_scores", "quadratic"],
