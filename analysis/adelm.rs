@@ -21,8 +21,8 @@ use landscape::sample::{Task, stream};
 use landscape::space::Space;
 use landscape::store::{GraspFile, Overrides, Source};
 use landscape::study::{
-    GraspMapSettings, MapSearch, StudyRun, Subject, SurfaceSearch, map_population, map_surface,
-    search_surface,
+    GraspLandscape, GraspMapSettings, MapSearch, StudyRun, Subject, SurfaceSearch, map_population,
+    map_surface, search_surface,
 };
 use landscape::topography::{
     GroupSettings, Landscape, MatchTolerance, Minimum, SearchSettings, TreeDifference, in_box,
@@ -133,14 +133,15 @@ fn grasps(system: &str, path: &str) -> Result<Comparison, Box<dyn Error>> {
     let mut population = file.landscapes().into_iter().next().ok_or("no grasps")?;
     population.grasps.truncate(GRASPS);
     let energy = population.energy()?;
-    let [alone, passes] = [MapSearch::Adelm, MapSearch::Passes].map(|search| {
+    let map = |search| -> Result<GraspLandscape, Box<dyn Error>> {
         let settings = GraspMapSettings {
             search,
             ..GraspMapSettings::new(&energy)
         };
-        map_population(&population, &energy, &settings, &StudyRun::default())
-    });
-    let (alone, passes) = (alone?, passes?);
+        let run = StudyRun::default();
+        Ok(map_population(&population, &energy, &settings, &run)?)
+    };
+    let (alone, passes) = (map(MapSearch::Adelm)?, map(MapSearch::Passes)?);
     compared(
         system,
         landscape::energy::Energy::space(&energy),

@@ -358,7 +358,7 @@ fn views_are_drawn() {
 
     for (line, said) in [
         ("draw t.landscape --pick m9", "m0 to m8"),
-        ("draw t.landscape --pick first", "m0,m3,m17"),
+        ("draw t.landscape --pick first", "m0 or m17"),
         ("draw t.landscape --lowest 0", "--lowest 0"),
         ("draw nowhere", "no such file"),
         ("draw t.landscape -o no/where", "there is no folder no"),

@@ -196,15 +196,14 @@ impl NetworkOfStates {
         let placed = |ends: [usize; 2]| Some([place[ends[0]]?, place[ends[1]]?]);
         let mut gone = vec![self.lowest_left_out];
         let mut states = std::mem::take(&mut self.database.transition_states);
-        states.retain_mut(|state| match placed(state.ends) {
-            Some(ends) => {
+        states.retain_mut(|state| {
+            let ends = placed(state.ends);
+            if let Some(ends) = ends {
                 state.ends = ends;
-                true
-            }
-            None => {
+            } else {
                 gone.push(Some(state.energy));
-                false
             }
+            ends.is_some()
         });
         let saddles = self.left_out + gone.len() - 1;
         let digits = Digits::of([lost, kept]);

@@ -1,6 +1,7 @@
 //! Report of a landscape of grasps: the tables, the manifest and the summary.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 
 use petgraph::graph::NodeIndex;
 use rayon::prelude::*;
@@ -133,7 +134,7 @@ impl GraspReport<'_> {
         let text = self.summary(&mapped, &merges, &uncertainty, &files);
         let mut headline = self.headline(files.minima.len(), &uncertainty);
         if let Some(connected) = self.connected() {
-            headline += &format!(" {}.", connected.spell());
+            let _ = write!(headline, " {}.", connected.spell());
         }
         // Those of the grasps are known before they are mapped.
         let warnings = files.manifest.warnings.iter().skip(self.warnings.len());

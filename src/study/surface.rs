@@ -330,40 +330,48 @@ impl SurfaceReport<'_> {
         minima.chain(saddles).collect()
     }
 
-    fn warnings(&self) -> Vec<String> {
-        let (coverage, components) = (&self.found.coverage, self.found.components());
-        let mut warnings = Vec::new();
-        let stopped = self.found.stopped;
+    /// Why the search was stopped before it ended by itself, if it was.
+    fn why_stopped(&self) -> Option<String> {
+        let (coverage, stopped) = (&self.found.coverage, self.found.stopped);
         if stopped && coverage.searches >= self.settings.max_searches {
-            warnings.push(format!(
+            return Some(format!(
                 "the search was stopped after {}, before it ended by itself (--searches allows more)",
                 counted(coverage.searches, "search")
             ));
-        } else if stopped && coverage.searches == 0 {
-            warnings.push(
+        }
+        if stopped && coverage.searches == 0 {
+            return Some(
                 "the search was stopped by --budget while it still sought the lowest minima; none of them are joined, and the \
                  clock decided where it stopped"
                     .to_owned(),
             );
-        } else if self.lowest.is_some_and(|report| report.hopping_stopped) {
-            warnings.push(
+        }
+        if self.lowest.is_some_and(|report| report.hopping_stopped) {
+            return Some(
                 "half of the time of --budget was over before the hops to the lowest minima ended by themselves; lower ones are \
                  likely, and the clock decided where the hops stopped"
                     .to_owned(),
             );
-        } else if stopped {
-            let kind = if self.lowest.is_some() {
-                "lowest"
-            } else {
-                "all"
-            };
-            warnings.push(format!(
+        }
+        let kind = if self.lowest.is_some() {
+            "lowest"
+        } else {
+            "all"
+        };
+        stopped.then(|| {
+            format!(
                 "the search was stopped by --budget after {}, before it ended by itself; the clock decided where, \
                  and `--search {kind} --searches {}` without --budget repeats the result on any machine",
                 counted(coverage.searches, "search"),
                 coverage.searches
-            ));
-        }
+            )
+        })
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let (coverage, components) = (&self.found.coverage, self.found.components());
+        let mut warnings: Vec<String> = self.why_stopped().into_iter().collect();
+        let stopped = self.found.stopped;
         let rare = coverage.once + coverage.joined;
         if rare > 0 && self.lowest.is_none() {
             warnings.push(format!(
