@@ -45,7 +45,7 @@ fn around(phi: f64) -> (f64, f64) {
     let (sine, cosine) = libm::sincos(phi - PI);
     let bump = (RIDGE - 1.0) * libm::exp(4.0 * (cosine - 1.0));
     let (sine4, cosine4) = libm::sincos(4.0 * phi);
-    let wave = (1.0 + cosine4) / 2.0;
+    let wave = f64::midpoint(1.0, cosine4);
     (
         (1.0 + bump) * wave,
         -4.0 * sine * bump * wave - 2.0 * (1.0 + bump) * sine4,
