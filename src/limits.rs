@@ -152,9 +152,6 @@ limits! {
     PERTURBATION: 0.0, 1e4, "mm",
         "a hand farther off meets no object";
 
-    /// Random displacement between two descents.
-    HOP: 0.0, 1.0, "m",
-        "a hand farther off meets no object";
     /// Numbers of an elastic layer that something is divided by.
     LAYER_SETTING: 1e-9, 1e6, "",
         "0 would divide by zero";
@@ -346,7 +343,6 @@ mod tests {
             ATTEMPTS,
             CHAINS,
             PERTURBATION,
-            HOP,
             LAYER_SETTING,
             PATCH_SPACING,
             SKIN,

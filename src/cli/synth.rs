@@ -418,7 +418,7 @@ fn settings(command: &Synth, common: &Common) -> anyhow::Result<PopulationSettin
         let synthesis = &mut experiment.synthesis;
         let of_an_attempt = (synthesis.steps / synthesis.attempts.max(1)).max(1);
         let most = match synthesis.sampler {
-            Sampler::Hopping => u32::MAX,
+            Sampler::Descent => u32::MAX,
             Sampler::Annealed | Sampler::Released => synthesis.attempts,
         };
         synthesis.attempts = most.min(steps / of_an_attempt).max(1);

@@ -25,9 +25,6 @@ const MOST_PRESSING_M: f64 = 0.001;
 /// Greatest distance of a contact from the mesh, either way, metres.
 pub const MOST_GAP_M: f64 = 0.002;
 
-/// Greatest mean compliance of the elastic layer in the strict filter, of 1 for a hand that has let go.
-pub const MOST_COMPLIANCE: f64 = 0.1;
-
 /// Quantities that the filters test. Contact distances, normals and depths are those of the exact mesh.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Judgement {
@@ -58,6 +55,9 @@ pub struct Judgement {
     /// Mean compliance of the elastic layer, from 0 to 1; `None` for an energy without one.
     #[serde(default)]
     pub compliance: Option<f64>,
+    /// Greatest compliance of a hand that holds ([`LayerSettings::most_compliance`](super::layer::LayerSettings::most_compliance)).
+    #[serde(default)]
+    pub most_compliance: Option<f64>,
 }
 
 impl Judgement {
@@ -91,7 +91,7 @@ impl Judgement {
             (!self.one_concavity, "contacts in one concavity"),
             (self.force_closure, "no force closure"),
             (
-                self.compliance.is_none_or(|c| c <= MOST_COMPLIANCE),
+                self.compliance <= self.most_compliance,
                 "gives way under loads",
             ),
         ];
@@ -102,8 +102,8 @@ impl Judgement {
 
     /// The strict filter: ‖Gc‖ < 0.5, contacts within 2 mm, nothing deeper than 2 mm, self-penetration below 3 mm, joint
     /// limits, at least two digits (of palm, thumb and fingers), contacts not in one concavity, and force closure at μ =
-    /// 0.5. With an energy of an elastic layer, a compliance of at most 0.1 ([`MOST_COMPLIANCE`]) replaces ‖Gc‖, which is
-    /// that of four equal forces, and nothing may be deeper than 1 mm.
+    /// 0.5. With an energy of an elastic layer, a bound of the compliance replaces ‖Gc‖, which is that of four equal forces, and
+    /// nothing may be deeper than 1 mm.
     pub fn passes_strict(&self) -> bool {
         self.strict_objection().is_none()
     }
@@ -271,5 +271,6 @@ fn judge_but_depth(energy: &GraspEnergy, grasp: &Grasp, posed: &PosedHand) -> Ju
         force_closure: is_force_closure(&point_contacts, STRICT_FRICTION),
         epsilon: epsilon(&point_contacts, &epsilon_settings).value,
         compliance: energy.compliance(&grasp.pose),
+        most_compliance: energy.most_compliance(),
     }
 }

@@ -57,12 +57,12 @@ pub struct GripShares {
 impl Default for GripShares {
     fn default() -> Self {
         Self {
-            whole: 0.4,
+            whole: 0.3,
             digits: 0.15,
-            quadpod: 0.15,
-            tripod: 0.15,
+            quadpod: 0.2,
+            tripod: 0.2,
             pinch: 0.15,
-            tips: 0.5,
+            tips: 0.6,
         }
     }
 }
@@ -125,16 +125,17 @@ mod tests {
     #[test]
     fn grips_are_drawn_at_their_frequencies() {
         let (hand, shares) = (Hand::human(), GripShares::default());
-        assert!((3850..4150).contains(&count(&hand, &shares, Grip::WHOLE)));
-        for digits in 2..=5 {
-            for tips in [false, true] {
+        assert!((2850..3150).contains(&count(&hand, &shares, Grip::WHOLE)));
+        for (digits, share) in [(2, 0.15), (3, 0.2), (4, 0.2), (5, 0.15)] {
+            for (tips, part) in [(false, 0.4), (true, 0.6)] {
                 let grip = Grip {
                     digits,
                     palm: false,
                     tips,
                 };
-                let found = count(&hand, &shares, grip);
-                assert!((660..840).contains(&found), "{grip:?} {found}");
+                let found = count(&hand, &shares, grip) as f64;
+                let expected = 10_000.0 * share * part;
+                assert!((found - expected).abs() < 100.0, "{grip:?} {found}");
             }
         }
     }

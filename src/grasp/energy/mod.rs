@@ -154,7 +154,7 @@ impl GraspEnergy {
             }),
             ..self.settings
         };
-        let clearance_m = layer.rest_clearance_m;
+        let clearance_m = layer.rest_clearance_m();
         let coarse = &self.coarse_layer;
         let layer = Layer::clone(coarse).for_grip(&self.hand, grip, clearance_m);
         let (hand, object) = (self.hand.clone(), self.object.clone());

@@ -48,6 +48,11 @@ impl GraspEnergy {
         Some(self.at(x, |evaluation| evaluation.term(&term)))
     }
 
+    /// Greatest mean compliance of a hand that holds; `None` for an energy without a layer.
+    pub fn most_compliance(&self) -> Option<f64> {
+        self.settings.layer.map(|layer| layer.most_compliance)
+    }
+
     /// Greatest depth at pose `x` of hand or object in the other, metres; 0 without overlap ([`deepest_m`]).
     pub fn deepest_m(&self, x: &[f64]) -> f64 {
         let mut posed = PosedHand::default();

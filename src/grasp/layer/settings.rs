@@ -21,6 +21,8 @@ pub struct LayerSettings {
     pub torque_share: f64,
     /// Distance between the patches of a link over which the layer is averaged, metres.
     pub patch_spacing_m: f64,
+    /// Greatest mean compliance of a hand that holds, of 1 for a hand that has let go.
+    pub most_compliance: f64,
     /// How far a test load moves an object that nothing holds, in the same unit of length.
     pub free_motion: f64,
     /// Rounding of the square root of the compliance, as a fraction of the compliance without contacts.
@@ -39,8 +41,6 @@ pub struct LayerSettings {
     pub reach_hump: f64,
     /// Reach while a chain closes the digits of its grip, without a hump, metres.
     pub closing_reach_m: f64,
-    /// Distance from the object of the parts that do not take part in the grip of a chain, metres.
-    pub rest_clearance_m: f64,
     /// Weight of the depth of the layer in the object, 1/m.
     pub pressing_weight_per_m: f64,
     /// Depth that costs nothing, metres.
@@ -53,11 +53,12 @@ impl Default for LayerSettings {
     fn default() -> Self {
         Self {
             compliance_weight: 1.0,
-            friction: 0.15,
+            friction: 0.25,
             friction_rounding: 0.02,
             load: 1.0,
             torque_share: 0.1,
             patch_spacing_m: 0.025,
+            most_compliance: 0.1,
             free_motion: 100.0,
             compliance_rounding: 0.01,
             skin_m: [0.003, -0.001],
@@ -65,9 +66,8 @@ impl Default for LayerSettings {
             far_share: 0.15,
             reach_weight: 0.0075,
             reach_m: 0.012,
-            reach_hump: 12.0,
+            reach_hump: 40.0,
             closing_reach_m: 0.03,
-            rest_clearance_m: 0.006,
             pressing_weight_per_m: 30.0,
             pressing_free_m: 0.0003,
             pressing_rounding_m: 0.002,
@@ -101,6 +101,7 @@ impl LayerSettings {
             divisor("layer.load", self.load),
             divisor("layer.torque_share", self.torque_share),
             ("layer.patch_spacing_m", PATCH_SPACING, self.patch_spacing_m),
+            ("layer.most_compliance", SHARE, self.most_compliance),
             divisor("layer.free_motion", self.free_motion),
             divisor("layer.compliance_rounding", self.compliance_rounding),
             ("layer.skin_m[0]", SKIN, self.skin_m[0]),
@@ -112,7 +113,6 @@ impl LayerSettings {
             divisor("layer.reach_m", self.reach_m),
             weight("layer.reach_hump", self.reach_hump),
             divisor("layer.closing_reach_m", self.closing_reach_m),
-            ("layer.rest_clearance_m", SKIN, self.rest_clearance_m),
             weight("layer.pressing_weight_per_m", self.pressing_weight_per_m),
             weight("layer.pressing_free_m", self.pressing_free_m),
             divisor("layer.pressing_rounding_m", self.pressing_rounding_m),
@@ -125,6 +125,17 @@ impl LayerSettings {
                 self.far_skin_m[0] - self.far_skin_m[1],
             ),
         ]
+    }
+
+    /// Distance from the object of the parts that rest while a chain closes the digits of its grip, metres: half way from the
+    /// peak of the hump to the end of the reach. Nearer parts would slide on to the object.
+    ///
+    /// The energy of [`Reach`](crate::grasp::term::Reach) rises until u = (d/reach)² = (k + 3)/(4 k) for a hump k > 1. Without
+    /// a hump this is the reach.
+    pub fn rest_clearance_m(&self) -> f64 {
+        let hump = self.reach_hump.max(1.0);
+        let peak = ((hump + 3.0) / (4.0 * hump)).sqrt();
+        self.reach_m * f64::midpoint(peak, 1.0)
     }
 
     /// Greatest gap at which the layer carries or presses, metres.

@@ -1,7 +1,6 @@
 //! Grasp synthesis: one chain from a start pose to a grasp.
 
 mod annealed;
-mod hopping;
 mod released;
 mod settings;
 mod start;
@@ -17,7 +16,7 @@ pub use self::start::Given;
 use super::Grasp;
 use super::closing::{ClosingSettings, close_hand, preload};
 use super::energy::GraspEnergy;
-use super::filter::{MOST_COMPLIANCE, passes_strict};
+use super::filter::passes_strict;
 use super::grip::Grip;
 pub use super::kernel::StepScales;
 use crate::energy::{Energy, Piecewise};
@@ -61,8 +60,8 @@ pub fn synthesize(
 }
 
 /// Like [`synthesize`], but the chain starts from a given grasp. Each attempt starts at the same pose with a new random
-/// displacement, at most at [`SynthesisSettings::given_temperature`], and with full weights. With [`Sampler::Hopping`] an
-/// attempt is one descent, and without displacement there is one attempt.
+/// displacement, at most at [`SynthesisSettings::given_temperature`], and with full weights. With [`Sampler::Descent`] and
+/// without displacement there is one attempt.
 ///
 /// With other samplers, if the displacement is zero, a direct descent from the pose may replace the end of the chain. It does so if it alone
 /// passes the strict filter, or if both or neither pass and its energy is lower. With [`Refinement::Pressed`] passing
@@ -115,19 +114,10 @@ fn run(
     given: Option<&Given<'_>>,
     observe: Observe<'_>,
 ) -> Synthesized {
-    let mut settings = SynthesisSettings {
+    let settings = &SynthesisSettings {
         ramp_depths: settings.ramp_depths && energy.object().thin_share < MOSTLY_THIN,
         ..*settings
     };
-    if let Some(given) = given
-        && settings.sampler == Sampler::Hopping
-    {
-        // A hop would leave the given grasp, so each attempt is one descent; without displacement all would be the same.
-        let displaced = given.displacement_m > 0.0;
-        settings.attempts = if displaced { settings.attempts } else { 1 };
-        settings.steps = settings.attempts;
-    }
-    let settings = &settings;
     let mut rng = stream(seed, Task::Synthesis, chain);
     let mut guide = settings
         .grips
@@ -136,10 +126,20 @@ fn run(
     let mut misses = 0;
     let mut best: Option<(Synthesized, bool)> = None;
     let (mut steps, mut evaluations) = (0, 0);
-    let attempts = settings.attempts.min(settings.steps.max(1));
-    'attempts: for attempt in 0..attempts {
+    let steps_or_one = settings.steps.max(1);
+    let attempts = match settings.sampler {
+        // Without displacement all descents from the given grasp are the same.
+        Sampler::Descent if given.is_some_and(|given| given.displacement_m == 0.0) => 1,
+        Sampler::Descent => steps_or_one,
+        Sampler::Annealed | Sampler::Released => settings.attempts.min(steps_or_one),
+    };
+    let only = attempts == 1;
+    for attempt in 0..attempts {
         // Divides the steps as evenly as possible.
-        let share = settings.steps / attempts + u32::from(attempt < settings.steps % attempts);
+        let share = match settings.sampler {
+            Sampler::Descent => 1,
+            _ => settings.steps / attempts + u32::from(attempt < settings.steps % attempts),
+        };
         let (start, schedule) = match given {
             None => {
                 evaluations += u64::from(settings.start_candidates);
@@ -152,7 +152,7 @@ fn run(
             }
         };
         evaluations += u64::from(share);
-        let mut end = walk(
+        let end = walk(
             guide.as_ref().unwrap_or(energy),
             settings,
             &schedule,
@@ -163,18 +163,11 @@ fn run(
             },
         );
         steps += share;
-        let only = attempts == 1;
-        if only {
-            // Its ends are not judged, so that none but the lowest counts.
-            end.others.clear();
-        }
-        for (place, end) in end.each().enumerate() {
-            let missed = (guide.as_ref()).is_some_and(|guide| misses_grip(guide, &end.raw));
-            misses += u32::from(missed && place == 0);
-            if missed && best.is_some() {
-                evaluations += end.evaluations;
-                continue;
-            }
+        let missed = (guide.as_ref()).is_some_and(|guide| misses_grip(guide, &end.raw));
+        misses += u32::from(missed);
+        if missed && best.is_some() {
+            evaluations += end.evaluations;
+        } else {
             let (found, passes) = finish(energy, settings, refine, end, only);
             evaluations += found.evaluations;
             let done = passes && !missed;
@@ -183,7 +176,7 @@ fn run(
                 best = Some((found, passes));
             }
             if done {
-                break 'attempts;
+                break;
             }
         }
         if misses == MOST_MISSES && !energy.hand().balls().is_empty() {
@@ -193,7 +186,7 @@ fn run(
     }
     let (mut best, _) = best.expect("there is at least one attempt");
     if let Some(given) = given.filter(|given| given.displacement_m == 0.0)
-        && settings.sampler != Sampler::Hopping
+        && settings.sampler != Sampler::Descent
         && matches!(
             settings.refinement,
             Refinement::Quench | Refinement::Pressed
@@ -221,8 +214,7 @@ fn run(
 
 /// Whether the parts of a grip alone do not hold. Then the hand may close to a grasp that was not asked for.
 fn misses_grip(guide: &GraspEnergy, end: &State) -> bool {
-    let compliance = guide.compliance(&end.coordinates);
-    compliance.is_some_and(|compliance| compliance > MISSED_COMPLIANCE)
+    guide.compliance(&end.coordinates) > guide.most_compliance()
 }
 
 fn refine_given(energy: &GraspEnergy, refine: &QuenchSettings, given: &Given<'_>) -> Synthesized {
@@ -243,23 +235,7 @@ fn refine_given(energy: &GraspEnergy, refine: &QuenchSettings, given: &Given<'_>
 struct End {
     raw: State,
     refined: State,
-    /// Higher ends of the same walk, lowest first.
-    others: Vec<State>,
     evaluations: u64,
-}
-
-impl End {
-    /// This end, then the others, which cost nothing more.
-    fn each(mut self) -> impl Iterator<Item = Self> {
-        let others = std::mem::take(&mut self.others);
-        let others = others.into_iter().map(|state| Self {
-            raw: state.clone(),
-            refined: state,
-            others: Vec::new(),
-            evaluations: 0,
-        });
-        std::iter::once(self).chain(others)
-    }
 }
 
 fn walk(
@@ -276,15 +252,10 @@ fn walk(
             End {
                 refined: raw.clone(),
                 raw,
-                others: Vec::new(),
                 evaluations: 0,
             }
         }
-        Sampler::Hopping => {
-            // Hands of meshes have thin tips, which often press too deep or slip over an edge at the lowest end.
-            let all = !energy.hand().balls().is_empty();
-            hopping::hop(energy, settings, schedule.steps, start, all, rng, observe)
-        }
+        Sampler::Descent => descend_roughly(energy, start, observe),
         Sampler::Released => {
             let mut chain = released::Chain::new(energy, start);
             chain.run(settings, schedule.steps, rng, observe);
@@ -296,10 +267,37 @@ fn walk(
             End {
                 raw,
                 refined: chain.state().clone(),
-                others: Vec::new(),
                 evaluations,
             }
         }
+    }
+}
+
+/// Gradient at which the descent of a chain ends, energy per metre, and its largest number of evaluations: enough to tell
+/// whether the parts of its grip hold.
+const ROUGH_TOLERANCE: f64 = 1e-3;
+const ROUGH_EVALUATIONS: usize = 500;
+/// Longest step of this descent, metres: no digit passes through a thin wall in one step.
+const LONGEST_STEP_M: f64 = 0.02;
+
+fn descend_roughly(energy: &GraspEnergy, start: State, observe: Observe<'_>) -> End {
+    let rough = QuenchSettings::default()
+        .with_gradient_tolerance(ROUGH_TOLERANCE)
+        .with_max_evaluations(ROUGH_EVALUATIONS)
+        .with_max_step(LONGEST_STEP_M);
+    observe(0, &start);
+    let end = optimize::quench(energy, &start.coordinates, &rough);
+    let raw = State {
+        discrete: energy.contacts(&end.x),
+        coordinates: end.x,
+        energy: end.energy,
+        ..State::default()
+    };
+    observe(1, &raw);
+    End {
+        refined: raw.clone(),
+        raw,
+        evaluations: end.evaluations as u64,
     }
 }
 
@@ -313,9 +311,6 @@ fn trial_settings(refine: &QuenchSettings) -> QuenchSettings {
         .with_gradient_tolerance(TRIAL_TOLERANCE.max(refine.gradient_tolerance))
         .with_max_evaluations(TRIAL_EVALUATIONS.min(refine.max_evaluations))
 }
-
-/// Compliance above which the parts of a grip do not hold, and the attempt has failed.
-const MISSED_COMPLIANCE: f64 = 0.25;
 
 /// Attempts at a grip that fail before a hand of meshes tries its whole grip.
 const MOST_MISSES: u32 = 3;
@@ -379,8 +374,7 @@ fn finish(
 /// Whether an end passes the strict filter and, if hands are pressed, is firm.
 fn is_grasp(energy: &GraspEnergy, refinement: Refinement, found: &Synthesized) -> bool {
     // A hand that gives needs no judgement.
-    let gives = energy.compliance(&found.refined.pose);
-    gives.is_none_or(|compliance| compliance <= MOST_COMPLIANCE)
+    energy.compliance(&found.refined.pose) <= energy.most_compliance()
         && passes_strict(energy, &found.refined)
         && (refinement != Refinement::Pressed
             || preload(energy, &found.refined.pose).is_sufficient())
@@ -414,92 +408,4 @@ fn accept(state: &mut State, proposal: &mut State, log_ratio: f64, rng: &mut Rng
         std::mem::swap(state, proposal);
     }
     accepted
-}
-
-#[cfg(test)]
-mod tests {
-    use std::sync::Arc;
-
-    use super::*;
-    use crate::grasp::EnergySettings;
-    use crate::hand::Hand;
-    use crate::object::Object;
-
-    fn settings(steps: u32, attempts: u32) -> SynthesisSettings {
-        SynthesisSettings {
-            steps,
-            attempts,
-            grips: None,
-            ..SynthesisSettings::closed()
-        }
-    }
-
-    fn gripper_on(object: &str) -> GraspEnergy {
-        let hand = Arc::new(Hand::named("gripper_three_finger").unwrap());
-        let object = Arc::new(Object::named(object).unwrap());
-        GraspEnergy::new(hand, object, EnergySettings::closed()).unwrap()
-    }
-
-    /// An attempt whose lowest end is no grasp ends at a higher one that is.
-    #[test]
-    fn a_higher_end_may_count() {
-        let (settings, refine) = (settings(10, 2), QuenchSettings::default());
-        let schedule = Schedule::new(&settings, 5);
-        let higher_counts = |energy: &GraspEnergy, chain: u64| {
-            let mut rng = stream(1, Task::Synthesis, chain);
-            let start = start::start(energy, &settings, chain, &mut rng);
-            let end = walk(
-                energy,
-                &settings,
-                &schedule,
-                start,
-                &mut rng,
-                &mut |_, _| (),
-            );
-            let lowest = end.refined.energy;
-            let mut judged = end
-                .each()
-                .map(|end| finish(energy, &settings, &refine, end, false));
-            let (_, lowest_passes) = judged.next().unwrap();
-            let Some((higher, _)) = judged.find(|(_, passes)| *passes) else {
-                return false;
-            };
-            if lowest_passes {
-                return false;
-            }
-            let found = synthesize(energy, &settings, &refine, 1, chain);
-            assert_eq!(found.refined, higher.refined);
-            assert!(found.energy > lowest);
-            true
-        };
-        let counts_on = |object: &&str| {
-            let energy = gripper_on(object);
-            (0..9).any(|chain| higher_counts(&energy, chain))
-        };
-        assert!(["hammer", "mug", "bowl", "disk"].iter().any(counts_on));
-    }
-
-    /// Ends of an only attempt are not judged.
-    #[test]
-    fn an_only_attempt_ends_at_its_lowest_end() {
-        let energy = gripper_on("box");
-        let (settings, refine) = (settings(5, 1), QuenchSettings::default());
-        let mut rng = stream(1, Task::Synthesis, 3);
-        let start = start::start(&energy, &settings, 3, &mut rng);
-        let schedule = Schedule::new(&settings, 5);
-        let end = walk(
-            &energy,
-            &settings,
-            &schedule,
-            start,
-            &mut rng,
-            &mut |_, _| (),
-        );
-        assert!(!end.others.is_empty());
-        let (lowest, _) = finish(&energy, &settings, &refine, end, true);
-        let found = synthesize(&energy, &settings, &refine, 1, 3);
-        assert_eq!(found.refined, lowest.refined);
-        let others = u64::from(settings.start_candidates) + 5;
-        assert_eq!(found.evaluations, lowest.evaluations + others);
-    }
 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::grasp::grip::GripShares;
 use crate::grasp::kernel::StepScales;
-use crate::limits::{ATTEMPTS, Beyond, HOP, SHARE, STEPS, TEMPERATURE};
+use crate::limits::{ATTEMPTS, Beyond, SHARE, STEPS, TEMPERATURE};
 
 /// Sampling method of a chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -13,10 +13,8 @@ pub enum Sampler {
     /// Metropolis-adjusted Langevin steps with an adaptive step for each chain, preconditioned by the actual motion of each
     /// joint; geometric cooling; a distance weight that rises during cooling; heat-bath contact moves.
     Annealed,
-    /// Basin hopping: each step is a descent from a random displacement of the lowest end so far. For smooth energies. If
-    /// the hand has [balls](crate::hand::Hand::balls), the lowest end of an attempt that passes the strict filter counts, of
-    /// other hands the lowest.
-    Hopping,
+    /// Each step is an attempt: a descent from a new start. For smooth energies.
+    Descent,
     /// The sampler of the code of Liu et al. (2021): temperature and step size depend on the energy, the gradient is
     /// divided by a running mean of its magnitude, acceptance is plain Metropolis, and contact moves are uniform and forced
     /// by two rejections.
@@ -75,10 +73,11 @@ pub struct SynthesisSettings {
     /// Number of poses drawn for the start, all facing the same point of the object. The one with the best
     /// [`GraspEnergy::start_score`](crate::grasp::GraspEnergy::start_score) is used.
     pub start_candidates: u32,
-    /// Number of steps of a chain, with one energy evaluation each; for [`Sampler::Hopping`] the number of descents.
+    /// Number of steps of a chain, with one energy evaluation each; for [`Sampler::Descent`] the greatest number
+    /// of descents, each of which is an attempt.
     pub steps: u32,
     /// Number of attempts from new starts (with [`Start::EvenSurface`], at the same point of the object) that share the
-    /// steps. The first whose refined end passes the strict filter ends the chain; otherwise the end of least energy
+    /// steps (not of [`Sampler::Descent`]). The first whose refined end passes the strict filter ends the chain; otherwise the end of least energy
     /// counts.
     pub attempts: u32,
     /// Temperature of the first step (annealed sampler).
@@ -103,10 +102,7 @@ pub struct SynthesisSettings {
     pub step_scales: StepScales,
     /// Target acceptance rate of pose moves for the step-size adaptation (annealed sampler).
     pub acceptance: f64,
-    /// Length of a random displacement, metres of the pose space (hopping sampler; others have none).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub hop_length_m: Option<f64>,
-    /// Frequencies of the parts of the hand that take part (hopping sampler with an energy of an elastic layer).
+    /// Frequencies of the parts of the hand that take part (descents with an energy of an elastic layer).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grips: Option<GripShares>,
     /// Refinement of the end.
@@ -139,21 +135,19 @@ impl SynthesisSettings {
             contact_moves: ContactMoves::HeatBath,
             step_scales: StepScales::Levers,
             acceptance: 0.57,
-            hop_length_m: None,
             grips: None,
             refinement: Refinement::Quench,
         }
     }
 
-    /// Basin hopping for the energy of an elastic layer ([`EnergySettings::closed`](crate::grasp::EnergySettings::closed)).
+    /// Descents for the energy of an elastic layer ([`EnergySettings::closed`](crate::grasp::EnergySettings::closed)).
     pub fn closed() -> Self {
         Self {
-            sampler: Sampler::Hopping,
-            hop_length_m: Some(0.03),
+            sampler: Sampler::Descent,
             grips: Some(GripShares::default()),
             start_candidates: 1,
-            steps: 40,
-            attempts: 8,
+            steps: 8,
+            attempts: 1,
             ..Self::four_points()
         }
     }
@@ -192,7 +186,6 @@ impl SynthesisSettings {
             ("ramp_share", SHARE, self.ramp_share),
             ("contact_probability", SHARE, self.contact_probability),
             ("acceptance", SHARE, self.acceptance),
-            ("hop_length_m", HOP, self.hop_length_m.unwrap_or(0.0)),
             ("steps", STEPS, self.steps.into()),
             ("attempts", ATTEMPTS, self.attempts.into()),
             ("start_candidates", ATTEMPTS, self.start_candidates.into()),

@@ -13,7 +13,7 @@ use crate::grasp::layer::LayerSettings;
 ///
 /// d is the signed distance of points of the phalanx's palmar surface, and the sum is over all phalanges, so that E is 0 if
 /// all touch. Beyond the reach nothing is drawn. For k > 1 there is a hump before that: phalanges below it are drawn to
-/// the object, and those beyond it rest. With k = 12 the hump is at 0.56 of the reach and 0.9 w high. So a grasp of few digits and one of all are two
+/// the object, and those beyond it rest. With k = 40 the hump is at 0.52 of the reach and 3.8 w high. So a grasp of few digits and one of all are two
 /// minima, with the lifting of a digit between them. A hand that has let go pays w for each phalanx. The form is our own and
 /// has no physical meaning: it chooses among hands, and the compliance says how well they hold.
 #[derive(Debug, Clone, Copy, PartialEq)]

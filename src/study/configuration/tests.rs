@@ -148,8 +148,7 @@ fn templates_explain_every_key() {
         known.extend(
             told.iter()
                 .filter(|key| {
-                    let without_value =
-                        ["temperature", "force", "barrier", "highest", "hop_length_m"];
+                    let without_value = ["temperature", "force", "barrier", "highest"];
                     let tried = ["choice.temperatures", "choice.forces", "choice.pairs"];
                     without_value.contains(&key.rsplit('.').next().unwrap_or_default())
                         || tried.contains(&key.as_str())
@@ -198,7 +197,7 @@ fn others(key: &str, value: &Value) -> Vec<Value> {
                 "force_closure_form" | "distance_form" => &["square", "norm"],
                 "rank_form" => &["sum", "least"],
                 "prior_form" => &["norm", "standard_scores", "quadratic"],
-                "sampler" => &["annealed", "hopping", "released"],
+                "sampler" => &["annealed", "descent", "released"],
                 "start" => &["gaussian", "surface"],
                 "contact_moves" => &["uniform", "heat_bath"],
                 "step_scales" => &["metric", "levers"],
