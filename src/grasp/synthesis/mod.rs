@@ -17,7 +17,6 @@ use super::Grasp;
 use super::closing::{ClosingSettings, close_hand, preload};
 use super::energy::GraspEnergy;
 use super::filter::passes_strict;
-use super::grip::Grip;
 pub use super::kernel::StepScales;
 use crate::energy::{Energy, Piecewise};
 use crate::optimize::{self, QuenchSettings};
@@ -119,11 +118,7 @@ fn run(
         ..*settings
     };
     let mut rng = stream(seed, Task::Synthesis, chain);
-    let mut guide = settings
-        .grips
-        .filter(|_| given.is_none())
-        .and_then(|grips| energy.for_grip(grips.draw(energy.hand(), &mut rng)));
-    let mut misses = 0;
+    let mut guide = None;
     let mut best: Option<(Synthesized, bool)> = None;
     let (mut steps, mut evaluations) = (0, 0);
     let steps_or_one = settings.steps.max(1);
@@ -140,6 +135,11 @@ fn run(
             Sampler::Descent => 1,
             _ => settings.steps / attempts + u32::from(attempt < settings.steps % attempts),
         };
+        if attempt % ATTEMPTS_OF_A_GRIP == 0
+            && let Some(grips) = settings.grips.filter(|_| given.is_none())
+        {
+            guide = energy.for_grip(grips.draw(energy.hand(), &mut rng));
+        }
         let (start, schedule) = match given {
             None => {
                 evaluations += u64::from(settings.start_candidates);
@@ -164,7 +164,6 @@ fn run(
         );
         steps += share;
         let missed = (guide.as_ref()).is_some_and(|guide| misses_grip(guide, &end.raw));
-        misses += u32::from(missed);
         if missed && best.is_some() {
             evaluations += end.evaluations;
         } else {
@@ -178,10 +177,6 @@ fn run(
             if done {
                 break;
             }
-        }
-        if misses == MOST_MISSES && !energy.hand().balls().is_empty() {
-            // Hands of meshes have thumbs of many kinds, and some oppose no finger alone.
-            guide = energy.for_grip(Grip::WHOLE);
         }
     }
     let (mut best, _) = best.expect("there is at least one attempt");
@@ -312,8 +307,8 @@ fn trial_settings(refine: &QuenchSettings) -> QuenchSettings {
         .with_max_evaluations(TRIAL_EVALUATIONS.min(refine.max_evaluations))
 }
 
-/// Attempts at a grip that fail before a hand of meshes tries its whole grip.
-const MOST_MISSES: u32 = 3;
+/// Attempts at a grip before another one is drawn: some grips hold nowhere on an object, or not with this hand.
+const ATTEMPTS_OF_A_GRIP: u32 = 3;
 
 /// Energy per metre. Over the last millimetres this is far less than the differences between grasps.
 const TRIAL_TOLERANCE: f64 = 1e-2;
