@@ -628,7 +628,8 @@ impl SurfaceReport<'_> {
 
     fn digits(&self) -> Digits {
         let minima = self.found.minima.iter().map(|minimum| minimum.energy);
-        Digits::of(minima.chain(self.found.saddles.iter().map(|saddle| saddle.energy)))
+        let energies = minima.chain(self.found.saddles.iter().map(|saddle| saddle.energy));
+        Digits::within(self.settings.sameness.energy, energies)
     }
 
     fn minima_table(&self, merges: &[Merge]) -> Vec<String> {
@@ -639,7 +640,7 @@ impl SurfaceReport<'_> {
         }
         let digits = self.digits();
         let softest = |audit: &Audit| audit.curvatures.first().copied();
-        let curvatures = Digits::of(self.found.audits.iter().filter_map(softest));
+        let curvatures = Digits::measured(self.found.audits.iter().filter_map(softest));
         let mut lines = vec![
             "## Lowest minima\n".to_owned(),
             "| minimum | energy | joins a deeper one at | softest curvature |\n|---|---|---|---|"
@@ -671,7 +672,7 @@ impl SurfaceReport<'_> {
         ];
         let digits = self.digits();
         let negative = |saddle: &TransitionState| saddle.audit.curvatures.first().copied();
-        let curvatures = Digits::of(self.found.saddles.iter().filter_map(negative));
+        let curvatures = Digits::measured(self.found.saddles.iter().filter_map(negative));
         lines.extend(self.found.saddles.iter().take(SHOWN).map(|saddle| {
             format!(
                 "| {}{} | m{}, m{} | {} | {} |",
