@@ -2,7 +2,7 @@
 //!
 //! A row is an attempt to join minima `a` and `b`. `start` is `forward` or `backward` for the chain of a search from a to b or
 //! from b to a, and `straight` or `round` for the geodesics. `search` is the number of the search in the map (0 for a geodesic), `temperature`
-//! and `force` are those of its chain, and `barrier` is the highest energy of the chain. `height` is that of the way that was
+//! and `force` are those of its chain, `free_temperature` is that of the free walk before it, if there was one, and `barrier` is the highest energy of the chain. `height` is that of the way that was
 //! relaxed from it. The support of merges follows from these rows, and `landscape build --onto` needs them.
 
 use std::path::Path;
@@ -29,12 +29,22 @@ struct AttemptRow {
     search: u64,
     temperature: Option<f64>,
     force: Option<f64>,
+    free_temperature: Option<f64>,
     barrier: Option<f64>,
     height: Option<f64>,
 }
 
-const COLUMNS: &[Column<AttemptRow>] =
-    columns![a, b, start, search, temperature, force, barrier, height];
+const COLUMNS: &[Column<AttemptRow>] = columns![
+    a,
+    b,
+    start,
+    search,
+    temperature,
+    force,
+    free_temperature,
+    barrier,
+    height
+];
 
 impl From<&Attempt> for AttemptRow {
     fn from(attempt: &Attempt) -> Self {
@@ -56,6 +66,7 @@ impl From<&Attempt> for AttemptRow {
             },
             temperature: attempt.law.map(|law| law[0]),
             force: attempt.law.map(|law| law[1]),
+            free_temperature: attempt.free_temperature,
             barrier: attempt.barrier,
             height: attempt.height,
         }
@@ -130,6 +141,7 @@ pub fn read_attempts(folder: &Path, files: &LandscapeFiles) -> Result<Attempts, 
             to,
             start,
             law: row.temperature.zip(row.force).map(|(t, f)| [t, f]),
+            free_temperature: row.free_temperature,
             barrier: row.barrier,
             height: row.height,
         });
@@ -153,6 +165,7 @@ mod tests {
             to: MinimumId(b),
             start,
             law,
+            free_temperature: law.map(|law| 2.0 * law[0]),
             barrier: height.filter(|_| law.is_some()),
             height,
         };

@@ -204,6 +204,48 @@ pub(super) fn stays(
     (stayed, 1 + walk.steps + end.evaluations)
 }
 
+/// Walks freely from the minimum `from` until a descent ends in another one. A descent is made whenever the patience has
+/// passed, `rounds` times at most. Returns that minimum, the points of the way, and the evaluations spent.
+pub(super) fn leave(
+    energy: &dyn Energy,
+    kernel: &dyn Kernel,
+    from: &Minimum,
+    settings: &ChainSettings,
+    rounds: usize,
+    (descent, sameness): (&QuenchSettings, &MatchTolerance),
+    rng: &mut Rng,
+) -> (Option<(Minimum, Path)>, usize) {
+    let law = TargetDensity {
+        temperature: settings.temperature,
+        attraction: None,
+    };
+    let mut walk = Walk::new(kernel, &from.coordinates, settings);
+    let mut kept = Path {
+        images: vec![from.coordinates.clone()],
+        energies: vec![from.energy],
+    };
+    let mut quenching = 0;
+    for round in 1..=rounds {
+        while walk.steps < round * settings.patience {
+            if walk.advance(&law, rng).is_some() {
+                keep(&mut kept, &walk.state, energy, settings.spacing);
+            }
+        }
+        let end = quench(energy, &walk.state.coordinates, descent);
+        quenching += end.evaluations;
+        if !sameness.holds(kernel.space(), &end.x, end.energy, from) {
+            let reached = Minimum {
+                coordinates: end.x,
+                energy: end.energy,
+                choice: Vec::new(),
+                members: Vec::new(),
+            };
+            return (Some((reached, kept)), 1 + walk.steps + quenching);
+        }
+    }
+    (None, 1 + walk.steps + quenching)
+}
+
 struct Walk<'a> {
     kernel: &'a dyn Kernel,
     state: State,

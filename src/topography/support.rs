@@ -24,6 +24,8 @@ pub struct Attempt {
     pub start: Start,
     /// Temperature T and force F = αT of the chain that arrived, or of the last one; `None` for a geodesic.
     pub law: Option<[f64; 2]>,
+    /// Temperature of the free walk with which the search began; `None` if it began with its chain.
+    pub free_temperature: Option<f64>,
     /// Highest energy of the chain that arrived; `None` if none did, and for a geodesic.
     pub barrier: Option<f64>,
     /// Height of the way that was relaxed from it; `None` if there is none.
@@ -44,6 +46,8 @@ pub struct Attempts {
 pub struct Searched {
     /// Number of independent searches, each of which was free to find a lower way.
     pub searches: usize,
+    /// How many of them began with a free walk.
+    pub free: usize,
     /// How many of them ended at the height of the merge.
     pub ended_here: usize,
     /// Chance that a lower way exists; see [`chance_of_lower`].
@@ -78,16 +82,18 @@ impl Attempts {
     /// leaves of the tree are the minima of the attempts.
     pub fn of_merges(&self, tree: &Tree) -> Vec<Option<Searched>> {
         let mut heights: Vec<Vec<f64>> = vec![Vec::new(); tree.nodes.len()];
+        let mut free = vec![0; tree.nodes.len()];
         for attempt in &self.list {
             if !matches!(attempt.start, Start::Chain { .. }) {
                 continue;
             }
             if let Some(NodeId(merge)) = tree.joint(attempt.from, attempt.to) {
                 heights[merge].push(attempt.height.unwrap_or(f64::INFINITY));
+                free[merge] += usize::from(attempt.free_temperature.is_some());
             }
         }
-        let found = tree.nodes.iter().zip(heights);
-        let searched = found.map(|(node, mut heights)| {
+        let found = tree.nodes.iter().zip(heights).zip(free);
+        let searched = found.map(|((node, mut heights), free)| {
             if node.children.is_empty() || heights.is_empty() {
                 return None;
             }
@@ -97,6 +103,7 @@ impl Attempts {
             let lower = chance_of_lower(ended_here);
             Some(Searched {
                 searches: heights.len(),
+                free,
                 ended_here,
                 lower,
                 uncertainty: self.tolerance + lower * gain(&heights, node.energy),
@@ -136,6 +143,7 @@ mod tests {
             to: MinimumId(b),
             start,
             law: None,
+            free_temperature: None,
             barrier: None,
             height,
         }

@@ -38,6 +38,7 @@ impl LandscapeBuilder<'_> {
             to: connection.to,
             start,
             law: None,
+            free_temperature: None,
             barrier: None,
             height: Some(connection.edge.height).filter(|height| height.is_finite()),
         });

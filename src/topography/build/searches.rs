@@ -1,7 +1,8 @@
 //! Independent searches for lower ways across the merges of the tree, by attraction–diffusion.
 //!
 //! A search draws two minima on both sides of a merge, a temperature and a direction, and runs a chain from one to the other
-//! whose force grows until it arrives. Raw chains lie far above the passes that they cross, but they go from basin to basin in
+//! whose force grows until it arrives. No chain begins a way that leads away from its target. Where the chains agree, a few
+//! more searches therefore begin with a free walk out of their minimum, and the chain starts where it ends. Raw chains lie far above the passes that they cross, but they go from basin to basin in
 //! a good order. Descents from their points find these basins, straight strings between neighbouring basins find the passes,
 //! and the search has the height of the highest of them. A chain that visits no basin between its ends is relaxed itself.
 
@@ -16,7 +17,7 @@ use super::waypoints::ordered;
 use crate::optimize::quench;
 use crate::sample::{Rng, Task, stream};
 use crate::topography::Phase;
-use crate::topography::adelm::{ChainSettings, chain};
+use crate::topography::adelm::{ChainSettings, chain, leave};
 use crate::topography::barrier::{Connection, Pair, Start};
 use crate::topography::journal::{JournalError, bits};
 use crate::topography::network::{Edge, Evidence, Minimum, MinimumId, Network};
@@ -30,6 +31,15 @@ const SETTLED: f64 = 0.05;
 
 /// Temperatures of the searches, as multiples of the usual one: a cold chain keeps to a valley, and a hot one leaves it.
 const TEMPERATURES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
+
+/// A merge that counts as settled is tested by this many searches that begin with a free walk, half of them in each direction.
+const FREE: usize = 4;
+
+/// Of the further searches between two minima, one in this many pairs of them begins with a free walk.
+const FREE_PAIRS: usize = 4;
+
+/// Number of times that a free walk is tested for having left its minimum.
+const LEAVINGS: usize = 4;
 
 /// Each point at which a search descends is passed over with this probability in favour of the next nearest one on the other
 /// side of the merge.
@@ -50,6 +60,8 @@ struct Draw {
     number: usize,
     backward: bool,
     temperature: f64,
+    /// Whether it begins with a free walk.
+    free: bool,
     /// The merge that it crosses.
     height: f64,
 }
@@ -60,6 +72,13 @@ impl Draw {
             backward: self.backward,
             replica: self.number,
         }
+    }
+
+    /// Temperature of the free walk from the minimum `from`: the height of the merge above it. A colder walk seldom leaves a
+    /// minimum of many dimensions within its patience.
+    fn free_temperature(&self, from: &Minimum) -> Option<f64> {
+        let rise = self.height - from.energy;
+        (self.free && rise > 0.0 && rise.is_finite()).then_some(rise)
     }
 }
 
@@ -87,7 +106,10 @@ impl LandscapeBuilder<'_> {
     /// Searches for lower ways across every merge until their chance is small or the budget is spent, and then between the two
     /// minima of which more is wanted.
     pub(super) fn search(&mut self) -> Result<(), JournalError> {
-        let most = self.settings.searches / 2;
+        let most = match self.settings.searches {
+            0 => 0,
+            searches => (searches + FREE) / 2,
+        };
         if self.pair.is_none() && (most == 0 || self.draws().is_empty()) {
             return Ok(());
         }
@@ -146,6 +168,7 @@ impl LandscapeBuilder<'_> {
                 number,
                 backward: k % 2 == 1,
                 temperature: self.temperature(&mut rng),
+                free: k / 2 % FREE_PAIRS == FREE_PAIRS - 1,
                 height: height.unwrap_or(f64::INFINITY),
             }
         };
@@ -171,15 +194,17 @@ impl LandscapeBuilder<'_> {
         let mut draws = Vec::new();
         let mut number = self.searches;
         for (merge, node) in tree.nodes.iter().enumerate() {
-            let (searches, chance) = searched[merge].map_or((0, chance_of_lower(0)), |found| {
-                (found.searches, found.lower)
-            });
+            let found = searched[merge];
+            let chance = found.map_or_else(|| chance_of_lower(0), |found| found.lower);
+            let (all, freed) = found.map_or((0, 0), |found| (found.searches, found.free));
             let known = leaves[merge].iter().all(|leaf| self.settled[*leaf]);
-            if node.children.is_empty()
-                || chance <= SETTLED
-                || searches + 2 > self.settings.searches
-                || known && searches > 0
-            {
+            let free = chance <= SETTLED;
+            let spent = if free {
+                freed >= FREE
+            } else {
+                all - freed + 2 > self.settings.searches
+            };
+            if node.children.is_empty() || spent || known && all > 0 {
                 continue;
             }
             for backward in [false, true] {
@@ -190,6 +215,7 @@ impl LandscapeBuilder<'_> {
                     number,
                     backward,
                     temperature: self.temperature(&mut rng),
+                    free,
                     height: node.energy,
                 });
                 number += 1;
@@ -294,36 +320,63 @@ impl LandscapeBuilder<'_> {
         };
         let (quenching, sameness) = (&self.settings.quench, &self.settings.sameness);
         let mut force = settings.force;
+        let random = |part: usize| {
+            let id = CHAINS | (draw.number as u64) << 8 | part as u64;
+            stream(self.settings.seed, Task::AttractionDiffusion, id)
+        };
         let mut way = Way {
             barrier_and_force: vec![f64::INFINITY, force],
             basins: Path::default(),
             direct: Path::default(),
             evaluations: 0,
         };
+        let free_temperature = draw.free_temperature(ends.0);
+        let left = free_temperature.and_then(|temperature| {
+            let (left, spent) = leave(
+                self.energy,
+                self.kernel,
+                ends.0,
+                &ChainSettings {
+                    temperature,
+                    ..settings.clone()
+                },
+                LEAVINGS,
+                (quenching, sameness),
+                &mut random(0),
+            );
+            way.evaluations += spent;
+            left
+        });
+        let start = left.as_ref().map_or(ends.0, |(reached, _)| reached);
         for attempt in 0..settings.attempts {
-            let id = CHAINS | (draw.number as u64) << 4 | attempt as u64;
             let found = chain(
                 self.energy,
                 self.kernel,
-                ends,
+                (start, ends.1),
                 force,
                 &settings,
                 (quenching, sameness),
                 f64::INFINITY,
-                &mut stream(self.settings.seed, Task::AttractionDiffusion, id),
+                &mut random(attempt + 1),
             );
             way.evaluations += found.evaluations;
             way.barrier_and_force[1] = force;
             if found.arrived {
                 way.barrier_and_force[0] = found.barrier;
-                let path = if draw.backward {
-                    found.path.reversed()
-                } else {
-                    found.path
-                };
-                way.visit(lower);
-                self.descend_between(&path.images, (lower, higher), HALVINGS, &mut way);
-                way.visit(higher);
+                way.visit(ends.0);
+                let mut path = Path::default();
+                if let Some((reached, walked)) = &left {
+                    self.descend_between(&walked.images, (ends.0, reached), HALVINGS, &mut way);
+                    way.visit(reached);
+                    path = walked.clone();
+                }
+                self.descend_between(&found.path.images, (start, ends.1), HALVINGS, &mut way);
+                way.visit(ends.1);
+                path.append(&found.path);
+                if draw.backward {
+                    way.basins = way.basins.reversed();
+                    path = path.reversed();
+                }
                 if way.basins.images.len() == 2 {
                     way.direct = path;
                 }
@@ -459,11 +512,14 @@ impl LandscapeBuilder<'_> {
             let composed = steps.fold(f64::NEG_INFINITY, f64::max);
             let height = own.get(&draw.number).copied().unwrap_or(composed);
             let (barrier, force) = (way.barrier_and_force[0], way.barrier_and_force[1]);
+            let [lower, higher] = [draw.pair.0, draw.pair.1].map(|end| &self.minima[end]);
+            let first = if draw.backward { higher } else { lower };
             self.attempts.push(Attempt {
                 from: MinimumId(draw.pair.0),
                 to: MinimumId(draw.pair.1),
                 start: draw.start(),
                 law: Some([draw.temperature, force]),
+                free_temperature: draw.free_temperature(first),
                 barrier: Some(barrier).filter(|barrier| barrier.is_finite()),
                 height: Some(height).filter(|height| height.is_finite()),
             });

@@ -29,7 +29,8 @@ pub struct MapSettings {
     /// Rounds that relax the connections that decide the tree for longer, if their evidence is a chain or worse.
     pub retry_rounds: usize,
     /// Greatest number of independent searches across each merge of the tree, half of them in each direction; 0 for none. A
-    /// merge is searched no more once a lower way across it is unlikely ([`chance_of_lower`](crate::topography::chance_of_lower)).
+    /// merge is searched no more once a lower way across it is unlikely ([`chance_of_lower`](crate::topography::chance_of_lower)),
+    /// but for four further searches that begin with a free walk.
     pub searches: usize,
     /// Settings of the chains.
     pub chain: ChainSettings,

@@ -297,6 +297,7 @@ pub(crate) fn landscape_folder() -> &'static Path {
             to: MinimumId(1),
             start,
             law: barrier.map(|_| [0.1, 2.0]),
+            free_temperature: barrier,
             barrier,
             height: Some(0.5),
         };
