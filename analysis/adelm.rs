@@ -106,6 +106,7 @@ fn surface(system: &str, words: &[&str]) -> Result<Comparison, Box<dyn Error>> {
         settings: &settings,
         lowest: None,
         known: &[],
+        pair: None,
     };
     let passes = search_surface(&subject, &search, &GroupSettings::of_saddles(), &run)?;
     let starts: Vec<Vec<f64>> = (0..POINTS)

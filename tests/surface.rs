@@ -16,6 +16,8 @@ use tempfile::TempDir;
 mod adelm;
 #[path = "surface/bounds.rs"]
 mod bounds;
+#[path = "surface/connect.rs"]
+mod connect;
 #[path = "surface/extent.rs"]
 mod extent;
 #[path = "surface/programs.rs"]

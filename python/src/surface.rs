@@ -223,6 +223,7 @@ impl Parts {
             settings: &settings,
             lowest: lowest.as_ref(),
             known: &known,
+            pair: None,
         };
         let searched = search_surface(&subject, &how, &groups, &run);
         watch.clear();

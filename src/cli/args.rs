@@ -6,7 +6,7 @@ use clap::{Args, ValueHint};
 use super::provenance::Provenance;
 use crate::limits::{Limit, THREADS};
 use crate::printable::numbered;
-use crate::topography::{GroupSettings, MinimumId, PathMethod};
+use crate::topography::{GroupSettings, MinimumId, PairSearch, PathMethod};
 
 /// Flags of every subcommand.
 #[derive(Debug, Args)]
@@ -173,5 +173,19 @@ pub(super) fn minimum_named(flag: &str, name: &str, count: usize) -> anyhow::Res
         Err(_) => {
             bail!("--{flag} {name}: write minima as the tree names them, such as m0 or m17")
         }
+    }
+}
+
+/// The usual searches between the two minima that `--connect` names, of `count`.
+pub(super) fn pair_named(names: &[String], count: usize) -> anyhow::Result<PairSearch> {
+    let minima = names
+        .iter()
+        .map(|name| minimum_named("connect", name, count));
+    match minima.collect::<anyhow::Result<Vec<_>>>()?[..] {
+        [from, to] if from != to => Ok(PairSearch {
+            minima: [from, to],
+            searches: PairSearch::USUAL,
+        }),
+        _ => bail!("--connect {}: name two different minima", names.join(" ")),
     }
 }

@@ -7,7 +7,7 @@ use anyhow::Context;
 use clap::{Args, ValueEnum};
 
 use super::args::{
-    Again, Common, GroupBarrier, HandAndObject, Paths, WithPage, minimum_named, within,
+    Again, Common, GroupBarrier, HandAndObject, Paths, WithPage, pair_named, within,
 };
 use super::input;
 use super::output::{check_inputs, check_place};
@@ -158,7 +158,7 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     let earlier = command.onto.as_deref().map(EarlierLandscape::read);
     let earlier = earlier.transpose()?;
     let pair = match (&command.connect, &earlier) {
-        (Some(names), Some(earlier)) => Some(pair(names, earlier.minima())?),
+        (Some(names), Some(earlier)) => Some(pair_named(names, earlier.minima())?),
         _ => None,
     };
     let mut populations = file.landscapes();
@@ -216,20 +216,6 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     match worker {
         Some(worker) => print_worker(common, worker, finished_tasks),
         None => print_landscapes(common, &folders),
-    }
-}
-
-/// The searches between the two minima that are named, of `count`.
-fn pair(names: &[String], count: usize) -> anyhow::Result<PairSearch> {
-    let minima = names
-        .iter()
-        .map(|name| minimum_named("connect", name, count));
-    match minima.collect::<anyhow::Result<Vec<_>>>()?[..] {
-        [from, to] if from != to => Ok(PairSearch {
-            minima: [from, to],
-            searches: PairSearch::USUAL,
-        }),
-        _ => anyhow::bail!("--connect {}: name two different minima", names.join(" ")),
     }
 }
 

@@ -21,6 +21,8 @@ const TYPICAL_WIDTH: f64 = 2.6;
 const WIDTHS: [f64; 2] = [0.7, 9.0];
 /// Ratio of widths that the eye tells apart.
 const DISTINCT: f64 = 1.3;
+/// Energies that differ by less than this share of the height of the links differ by rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// A connection of two minima.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -226,6 +228,7 @@ impl BarrierPicture {
         DiscScale::by_members(one.clamp(3.0, 16.0).min(40.0 / most.sqrt()))
     }
 
+    /// The range of the energies of minima; empty if they differ by rounding only, compared with the links.
     fn energy_range(&self) -> Span {
         let low = self.energies.iter().copied().fold(f64::INFINITY, f64::min);
         let high = self
@@ -233,6 +236,12 @@ impl BarrierPicture {
             .iter()
             .copied()
             .fold(f64::NEG_INFINITY, f64::max);
+        let heights = self.links.iter().map(|link| link.height);
+        let highest = heights.filter(|height| height.is_finite());
+        let highest = highest.fold(high, f64::max);
+        if high - low <= ROUNDING * (highest - low) {
+            return Span { low, high: low };
+        }
         Span { low, high }
     }
 
@@ -593,6 +602,28 @@ mod tests {
                 present: 5
             })
         ));
+    }
+
+    /// Minima of one energy, which descents tell apart by rounding.
+    #[test]
+    fn rounding_has_no_colours() {
+        let mut picture = picture(4, 1, false);
+        picture.energies = vec![5e-21, 7e-20, 7.9e-18, 7.9e-18];
+        picture.links = vec![Link {
+            ends: [0, 2],
+            height: 1.0,
+            evidence: Evidence::Saddle,
+        }];
+        let range = picture.energy_range();
+        assert!(range.high <= range.low);
+        let told = |picture: &BarrierPicture| {
+            let canvas = picture.draw().unwrap();
+            let texts = canvas.texts();
+            texts.iter().any(|(text, _)| *text == picture.energy_label)
+        };
+        assert!(!told(&picture));
+        picture.energies[2] = 0.1;
+        assert!(told(&picture));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! What further searches between two minima of a landscape found.
+//! What further searches between two minima found.
 
 use std::fmt::Write;
 
@@ -6,14 +6,14 @@ use petgraph::graph::NodeIndex;
 use serde::Serialize;
 
 use crate::printable::counted;
-use crate::topography::{Attempt, Landscape, MinimumId, NodeId, PairSearch, Start};
+use crate::topography::{Attempt, Further, Landscape, MinimumId, NodeId, PairSearch, Start};
 
-/// What further searches between two minima of a finished landscape found.
+/// What further searches between two minima found, after a landscape was finished or after all other searches of a surface.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ConnectedPair {
-    /// The two minima in the finished landscape.
+    /// The two minima before these searches.
     pub asked: [MinimumId; 2],
-    /// The same minima in the new landscape; both are the same if only ripples divide them.
+    /// The same minima now; both are the same if only ripples divide them.
     pub minima: [MinimumId; 2],
     /// Height at which they merged; `None` if they did not.
     pub before: Option<f64>,
@@ -33,32 +33,51 @@ impl ConnectedPair {
     /// What the searches of `pair`, which were made last, found. `grown` holds the members of all minima of `earlier`.
     pub(super) fn of(earlier: &Landscape, grown: &Landscape, pair: &PairSearch) -> Self {
         let minima = pair.minima.map(|minimum| heir(earlier, grown, minimum));
+        let before = earlier.tree.minimax(pair.minima[0], pair.minima[1]);
+        Self::new(grown, (pair.minima, minima), before, pair.searches)
+    }
+
+    /// What the further searches on a surface found. `landscape` is that of its result.
+    pub(super) fn of_surface(landscape: &Landscape, further: &Further) -> Self {
+        let minima = (further.asked, further.minima);
+        let searches = further.attempts.list.len();
+        Self::new(landscape, minima, further.before, searches)
+    }
+
+    /// What the last `searches` of a landscape found, which were made between two minima.
+    fn new(
+        landscape: &Landscape,
+        (asked, minima): ([MinimumId; 2], [MinimumId; 2]),
+        before: Option<f64>,
+        searches: usize,
+    ) -> Self {
+        let (tree, attempts) = (&landscape.tree, &landscape.attempts);
         let [a, b] = minima;
-        let merge = grown.tree.joint(a, b).filter(|_| a != b);
-        let height = merge.map(|NodeId(merge)| grown.tree.nodes[merge].energy);
-        let searched = merge.and_then(|NodeId(m)| grown.attempts.of_merges(&grown.tree)[m]);
-        let highest = height.map(|height| height + grown.attempts.tolerance);
+        let merge = tree.joint(a, b).filter(|_| a != b);
+        let height = merge.map(|NodeId(merge)| tree.nodes[merge].energy);
+        let searched = merge.and_then(|NodeId(merge)| attempts.of_merges(tree)[merge]);
+        let highest = height.map(|height| height + attempts.tolerance);
         let ended_here = |attempt: &&Attempt| {
             let ends = attempt.height.zip(highest);
             ends.is_some_and(|(height, highest)| height <= highest)
         };
-        let searches = (grown.attempts.list.iter().rev())
+        let last = (attempts.list.iter().rev())
             .filter(|attempt| matches!(attempt.start, Start::Chain { .. }))
-            .take(pair.searches);
+            .take(searches);
         Self {
-            asked: pair.minima,
+            asked,
             minima,
-            before: earlier.tree.minimax(pair.minima[0], pair.minima[1]),
+            before,
             height,
-            searches: pair.searches,
-            ended_here: searches.filter(ended_here).count(),
+            searches,
+            ended_here: last.filter(ended_here).count(),
             of_merge: searched.map_or(0, |searched| searched.searches),
             lower: searched.map(|searched| searched.lower),
         }
     }
 
-    /// One sentence without full stop.
-    pub(super) fn spell(&self) -> String {
+    /// One sentence without full stop, in which `show` writes heights.
+    pub(super) fn spell(&self, show: impl Fn(f64) -> String) -> String {
         let name = |[a, b]: [MinimumId; 2]| format!("m{} and m{}", a.0, b.0);
         let mut text = name(self.asked);
         if self.minima[0] == self.minima[1] {
@@ -76,14 +95,15 @@ impl ConnectedPair {
         match (self.before, self.height) {
             (None, None) => text += "not joined, as before",
             (None, Some(height)) => {
-                let _ = write!(text, "joined at {height:.3} (not joined before)");
+                let _ = write!(text, "joined at {} (not joined before)", show(height));
             }
             (before, Some(height)) if before == self.height => {
-                let _ = write!(text, "joined at {height:.3}, as before");
+                let _ = write!(text, "joined at {}, as before", show(height));
             }
             (before, height) => {
-                let [before, height] = [before, height].map(|h| h.unwrap_or(f64::INFINITY));
-                let _ = write!(text, "joined at {height:.3} (before {before:.3})");
+                let [before, height] =
+                    [before, height].map(|height| show(height.unwrap_or(f64::INFINITY)));
+                let _ = write!(text, "joined at {height} (before {before})");
             }
         }
         let _ = write!(

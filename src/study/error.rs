@@ -19,7 +19,7 @@ pub enum StudyError {
     #[error("all {0} grasps lie in one minimum: there is nothing to connect")]
     OneMinimum(usize),
     /// All descents on a surface end at one minimum, but a landscape needs two.
-    #[error("the descents from all {0} points end at one minimum: there is nothing to connect")]
+    #[error("{}: there is nothing to connect", one_minimum(*.0))]
     OneMinimumOfSurface(usize),
     /// A search found nothing.
     #[error(
@@ -201,6 +201,13 @@ pub enum StudyError {
     /// A picture cannot be laid out.
     #[error(transparent)]
     Figure(#[from] FigureError),
+}
+
+fn one_minimum(points: usize) -> String {
+    match points {
+        1 => "there is one point, and the descent from it ends at one minimum".to_owned(),
+        _ => format!("the descents from all {points} points end at one minimum"),
+    }
 }
 
 /// The message says it all, so that the value is no source of the error: reports would say it twice.

@@ -134,7 +134,7 @@ impl GraspReport<'_> {
         let text = self.summary(&mapped, &merges, &uncertainty, &files);
         let mut headline = self.headline(files.minima.len(), &uncertainty);
         if let Some(connected) = self.connected() {
-            let _ = write!(headline, " {}.", connected.spell());
+            let _ = write!(headline, " {}.", connected.spell(told_height));
         }
         // Those of the grasps are known before they are mapped.
         let warnings = files.manifest.warnings.iter().skip(self.warnings.len());
@@ -344,7 +344,10 @@ impl GraspReport<'_> {
         lines.extend(uncertainty::lines(uncertainty));
         lines.extend(found.hover.iter().map(cost_of_hovering));
         lines.extend(found.growth.as_ref().map(|growth| self.grown(growth)));
-        lines.extend(self.connected().map(|pair| format!("- {}", pair.spell())));
+        lines.extend(
+            self.connected()
+                .map(|pair| format!("- {}", pair.spell(told_height))),
+        );
         lines.push(format!("- {} energy evaluations\n", counts.evaluations));
         lines
     }
@@ -442,6 +445,11 @@ fn ways(files: &LandscapeFiles, merges: &[Merge]) -> Option<String> {
             spell(&tally(told.into_iter()))
         )
     })
+}
+
+/// A height as reports on grasps tell it.
+fn told_height(height: f64) -> String {
+    format!("{height:.3}")
 }
 
 fn cost_of_hovering(hover: &HoverCost) -> String {

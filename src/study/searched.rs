@@ -5,8 +5,8 @@ use crate::energy::{Counted, Energy};
 use crate::space::Space;
 use crate::topography::exchange::curvatures;
 use crate::topography::{
-    Exploration, Landscape, LowestReport, LowestSettings, SearchSettings, TransitionState,
-    mark_branches,
+    Exploration, Landscape, LowestReport, LowestSettings, PairSearch, SearchSettings,
+    TransitionState, mark_branches,
 };
 
 /// How a surface is searched.
@@ -18,6 +18,9 @@ pub struct SurfaceSearch<'a> {
     pub lowest: Option<&'a LowestSettings>,
     /// Points from which the search begins, besides random ones.
     pub known: &'a [Vec<f64>],
+    /// Two minima of the result between which further searches follow; see [`explore_from`](crate::topography::explore_from).
+    /// A search for the lowest minima alone ignores it.
+    pub pair: Option<PairSearch>,
 }
 
 /// The result of [`search_surface`](super::search_surface).
@@ -174,6 +177,7 @@ mod tests {
             settings: &settings,
             lowest: None,
             known: &[],
+            pair: None,
         };
         let run = StudyRun::default();
         let mut found = search_surface(&subject, &search, &GroupSettings::default(), &run).unwrap();

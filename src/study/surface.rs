@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 
 use serde_json::json;
 
+use super::connected::ConnectedPair;
 use super::drawing::{Titles, Views, not_drawn};
 use super::error::StudyError;
 use super::lowest;
@@ -108,7 +109,7 @@ impl std::fmt::Debug for SurfaceReport<'_> {
 /// let draw = in_box(&subject.low, &subject.high);
 /// let settings = SearchSettings::measured(subject.energy, &draw, 0);
 /// let groups = GroupSettings::default();
-/// let search = SurfaceSearch { settings: &settings, lowest: None, known: &[] };
+/// let search = SurfaceSearch { settings: &settings, lowest: None, known: &[], pair: None };
 /// let searched = search_surface(&subject, &search, &groups, &StudyRun::default())?;
 /// let found = &searched.found;
 /// assert_eq!((found.minima.len(), found.saddles.len()), (3, 2));
@@ -144,7 +145,7 @@ pub fn search_surface(
             (found, Some(report))
         }
         None => (
-            explore_from(energy, &draw, search.known, settings, &run.run)?,
+            explore_from(energy, &draw, search.known, search.pair, settings, &run.run)?,
             None,
         ),
     };
@@ -256,6 +257,9 @@ impl SurfaceReport<'_> {
         tell("refused", value(&self.found.refused));
         if let Some(lowest) = self.lowest {
             tell("lowest", value(lowest));
+        }
+        if let Some(connected) = self.connected() {
+            tell("connected", value(connected));
         }
         let manifest = Manifest {
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -492,6 +496,9 @@ impl SurfaceReport<'_> {
             None => not_drawn(found.minima.len()),
         };
         lines.extend(not_drawn.map(|sentence| format!("- {sentence}")));
+        let digits = self.digits();
+        let connected = self.connected();
+        lines.extend(connected.map(|pair| format!("- {}", pair.spell(|h| digits.show(h)))));
         let refused = found.refused.iter();
         let verdicts = tally(refused.map(|refused| refused.audit.verdict.told()));
         if !verdicts.is_empty() {
@@ -517,6 +524,12 @@ impl SurfaceReport<'_> {
             env!("CARGO_PKG_VERSION")
         ));
         lines.join("\n")
+    }
+
+    /// What the further searches between two minima found, if any were made.
+    fn connected(&self) -> Option<ConnectedPair> {
+        let further = self.found.further.as_ref();
+        further.map(|further| ConnectedPair::of_surface(self.landscape, further))
     }
 
     fn what_was_found(&self) -> [String; 2] {
@@ -628,7 +641,8 @@ impl SurfaceReport<'_> {
 
     fn digits(&self) -> Digits {
         let minima = self.found.minima.iter().map(|minimum| minimum.energy);
-        Digits::of(minima.chain(self.found.saddles.iter().map(|saddle| saddle.energy)))
+        let energies = minima.chain(self.found.saddles.iter().map(|saddle| saddle.energy));
+        Digits::within(self.settings.sameness.energy, energies)
     }
 
     fn minima_table(&self, merges: &[Merge]) -> Vec<String> {
@@ -639,7 +653,7 @@ impl SurfaceReport<'_> {
         }
         let digits = self.digits();
         let softest = |audit: &Audit| audit.curvatures.first().copied();
-        let curvatures = Digits::of(self.found.audits.iter().filter_map(softest));
+        let curvatures = Digits::measured(self.found.audits.iter().filter_map(softest));
         let mut lines = vec![
             "## Lowest minima\n".to_owned(),
             "| minimum | energy | joins a deeper one at | softest curvature |\n|---|---|---|---|"
@@ -671,7 +685,7 @@ impl SurfaceReport<'_> {
         ];
         let digits = self.digits();
         let negative = |saddle: &TransitionState| saddle.audit.curvatures.first().copied();
-        let curvatures = Digits::of(self.found.saddles.iter().filter_map(negative));
+        let curvatures = Digits::measured(self.found.saddles.iter().filter_map(negative));
         lines.extend(self.found.saddles.iter().take(SHOWN).map(|saddle| {
             format!(
                 "| {}{} | m{}, m{} | {} | {} |",

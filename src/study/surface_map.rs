@@ -275,7 +275,8 @@ impl SurfaceMapReport<'_> {
     fn summary(&self, merges: &[Merge], files: &LandscapeFiles) -> String {
         let landscape = &self.found.landscape;
         let counts = &files.manifest.counts;
-        let digits = Digits::of(files.minima.iter().map(|minimum| minimum.energy));
+        let tolerance = self.found.settings.sameness.energy;
+        let digits = Digits::within(tolerance, files.minima.iter().map(|minimum| minimum.energy));
         let mut text = format!(
             "# {}\n\n- **{}** from {}, {} tried, {}\n- {} (relative barrier up to {})\n- {} evaluations of the energy\n",
             self.subject.name,

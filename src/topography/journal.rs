@@ -238,6 +238,22 @@ impl Journal for GuardedJournal<'_> {
     }
 }
 
+/// A journal whose keys have a prefix of their own, so that several rounds of the same tasks can share a journal.
+pub(super) struct Prefixed<'a> {
+    pub(super) journal: &'a dyn Journal,
+    pub(super) prefix: &'a str,
+}
+
+impl Journal for Prefixed<'_> {
+    fn get(&self, key: &str) -> Option<Vec<u8>> {
+        self.journal.get(&format!("{}{key}", self.prefix))
+    }
+
+    fn put(&self, key: &str, record: &[u8]) -> Result<(), JournalError> {
+        self.journal.put(&format!("{}{key}", self.prefix), record)
+    }
+}
+
 /// A journal in memory.
 #[derive(Debug, Default)]
 pub struct MemoryJournal {

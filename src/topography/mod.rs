@@ -57,9 +57,9 @@ pub(crate) use scales::median;
 #[cfg(feature = "cli")]
 pub(crate) use search::mark_branches;
 pub use search::{
-    Coverage, Doubt, Draw, Exploration, Limits, LowestReport, LowestSettings, LowestTrace, Refused,
-    SearchEnd, SearchSettings, SizeProbe, TransitionState, explore, explore_from, explore_lowest,
-    in_box, probe_size,
+    Coverage, Doubt, Draw, Exploration, Further, Limits, LowestReport, LowestSettings, LowestTrace,
+    Refused, SearchEnd, SearchSettings, SizeProbe, TransitionState, explore, explore_from,
+    explore_lowest, in_box, probe_size,
 };
 pub use sequential::{Sequential, SequentialSettings, sequential};
 pub use similarity::TreeSimilarity;

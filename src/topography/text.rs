@@ -122,10 +122,12 @@ pub fn dot(tree: &Tree, support: &[Option<f64>], name: impl Fn(MinimumId) -> Str
             format!("  n{id} [label={label}, energy=\"{energy}\", shape=box];\n")
         } else {
             let evidence = node.evidence.name();
+            // The label of a tiny negative height has no sign.
+            let label = if energy.abs() < 5e-7 { 0.0 } else { energy };
             let support = of(support, id);
             let support = support.map_or(String::new(), |share| format!("support=\"{share}\", "));
             format!(
-                "  n{id} [label=\"{energy:.6}\", energy=\"{energy}\", evidence=\"{evidence}\", {support}shape=plaintext];\n"
+                "  n{id} [label=\"{label:.6}\", energy=\"{energy}\", evidence=\"{evidence}\", {support}shape=plaintext];\n"
             )
         };
         text.push_str(&line);

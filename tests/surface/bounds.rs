@@ -37,6 +37,7 @@ fn minima_that_no_verified_saddle_joins_are_joined_by_a_bound() {
         settings: &settings,
         lowest: None,
         known: &[],
+        pair: None,
     };
     let groups = GroupSettings::default();
     let searched = search_surface(&subject, &search, &groups, &StudyRun::default()).unwrap();

@@ -36,6 +36,7 @@ pub(super) fn map(
         (command.paths.is_some(), "--paths"),
         (command.config.is_some(), "--config"),
         (command.groups.group_barrier.is_some(), "--group-barrier"),
+        (command.connect.is_some(), "--connect"),
     ];
     let unused = given
         .into_iter()

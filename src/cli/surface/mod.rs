@@ -9,12 +9,12 @@ use std::error::Error;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, anyhow, ensure};
 use clap::{Args, ValueEnum};
 use program::{Region, command_hash, region};
 use search::Extent;
 
-use super::args::{Again, Common, GroupBarrier, Paths, WithPage, within};
+use super::args::{Again, Common, GroupBarrier, Paths, WithPage, pair_named, within};
 use super::output::check_place;
 use super::run::{Unfinished, Watch, check_resumable};
 use super::{interruption, report};
@@ -24,11 +24,11 @@ use crate::energy::{Counted, Energy, External, InBox, Protocol, model};
 use crate::limits::SEARCHES;
 use crate::store::{Source, content_hash};
 use crate::study::{
-    self, StudyError, StudyRun, Subject, SurfaceConfiguration, SurfaceReport, SurfaceSearch,
-    in_region, onto, search_surface,
+    self, Searched, StudyError, StudyRun, Subject, SurfaceConfiguration, SurfaceReport,
+    SurfaceSearch, in_region, onto, search_surface,
 };
 use crate::topography::{
-    GroupSettings, GuardedJournal, LowestSettings, Run, SearchSettings, probe_size,
+    GroupSettings, GuardedJournal, LowestSettings, PairSearch, Run, SearchSettings, probe_size,
 };
 
 /// Map a surface.
@@ -83,6 +83,11 @@ pub(super) struct Surface {
     searches: Option<usize>,
     #[command(flatten)]
     extent: Extent,
+    /// Spend more on two minima, as the same command without this flag names them (m3, m17): 40 further searches by
+    /// attraction–diffusion for a lower way between them, when the usual ones have ended. The search goes on from the saddles
+    /// that they cross. If this renumbers the minima, the summary tells both names.
+    #[arg(long, num_args = 2, value_names = ["FROM", "TO"])]
+    connect: Option<Vec<String>>,
     /// Relaxation method of the paths between minima that no search joined; `string` by default.
     #[arg(long, value_enum)]
     paths: Option<Paths>,
@@ -106,6 +111,40 @@ impl Surface {
         self.extent.budget().is_some()
             && self.searches.is_none()
             && !configuration.limits_searches()
+    }
+
+    /// The searches of `--connect`, if the search has found `count` minima.
+    fn pair(&self, count: usize) -> anyhow::Result<Option<PairSearch>> {
+        let names = self.connect.as_deref();
+        names.map(|names| pair_named(names, count)).transpose()
+    }
+
+    /// Refuses `--connect` where the names of minima do not last, or no further searches between them can be made.
+    fn check_connect(&self, lowest: bool) -> anyhow::Result<()> {
+        let Some(names) = &self.connect else {
+            return Ok(());
+        };
+        let flag = format!("--connect {}", names.join(" "));
+        ensure!(
+            self.extent.budget().is_none(),
+            "{flag}: with --budget the clock decides which minima have these names; limit the search by --searches"
+        );
+        ensure!(
+            !lowest,
+            "{flag}: only the lowest part of this landscape is searched, which spends most on the highest barriers by itself; \
+             `--search all` takes --connect, and --searches limits it"
+        );
+        Ok(())
+    }
+
+    /// Refuses names of `--connect` that no minimum has.
+    fn check_names(&self, searched: &Searched) -> anyhow::Result<()> {
+        if searched.found.further.is_some() {
+            return Ok(());
+        }
+        let kept = |error| anyhow!("{error}; the same command with other names goes on from here");
+        self.pair(searched.found.minima.len()).map_err(kept)?;
+        Ok(())
     }
 
     /// The settings, without the usual limit of searches if a time is the only one.
@@ -203,6 +242,7 @@ Examples:
   landscape surface muller-brown                           writes muller-brown.landscape/
   landscape surface lj 7 -o seven.landscape                7 Lennard-Jones atoms: 4 minima, 12 saddles
   landscape surface lj 38 --budget 10m                     the lowest part of a landscape too large to enumerate
+  landscape surface lj 7 --connect m0 m3                   search more between two minima of the same command without this
   landscape surface lj 7 --from seven.landscape            begin with known points, here those of another run
   landscape surface lj 7 --search adelm -o adelm.landscape attraction–diffusion alone, as published
   landscape surface --command "python3 my_energy.py" --region=-1.5:1,-0.3:1.8
@@ -233,6 +273,9 @@ pub(super) fn run(command: &Surface, common: &Common) -> anyhow::Result<()> {
     }
     command.groups.checked()?;
     command.extent.checked()?;
+    // Which minima there are is known after the search.
+    command.pair(usize::MAX)?;
+    command.check_connect(command.extent.is_lowest())?;
     if let Some(output) = &command.output {
         check_place(output)?;
     }
@@ -405,6 +448,7 @@ fn map(
         probe
     });
     check()?;
+    command.check_connect(lowest.is_some())?;
 
     let output = output_of(command, subject);
     let fingerprint = content_hash(&[
@@ -443,6 +487,7 @@ fn map(
         settings: &settings,
         lowest: lowest.as_ref(),
         known: &known,
+        pair: command.pair(usize::MAX)?,
     };
     let mut searched = match search_surface(subject, &search, &groups, &run) {
         Err(error @ StudyError::NoMinimum { .. }) => {
@@ -453,6 +498,7 @@ fn map(
         searched => searched?,
     };
     check()?;
+    command.check_names(&searched)?;
     if let Some(unrolled) = unrolled {
         searched.shown_as(unrolled.point, shown, &settings);
         check()?;

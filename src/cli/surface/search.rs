@@ -61,6 +61,11 @@ impl Extent {
         self.search == Kind::Adelm
     }
 
+    /// Whether only the lowest part is to be searched, however small the landscape is.
+    pub(super) fn is_lowest(&self) -> bool {
+        self.search == Kind::Lowest
+    }
+
     /// The first of these flags that was given and means nothing to attraction–diffusion alone.
     pub(super) fn not_of_adelm(&self) -> Option<&'static str> {
         let given = [

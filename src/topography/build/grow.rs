@@ -73,7 +73,7 @@ pub fn grow_landscape(
 
 impl Charted {
     /// All that `earlier` knows, and what is added.
-    fn onto(
+    pub(super) fn onto(
         energy: &dyn Energy,
         earlier: &Landscape,
         (minima, pair): (Vec<Minimum>, Option<PairSearch>),

@@ -2,6 +2,7 @@
 
 mod grow;
 mod known;
+mod pair;
 mod rest;
 mod rippled;
 mod searches;
@@ -14,7 +15,7 @@ use petgraph::graph::NodeIndex;
 use petgraph::unionfind::UnionFind;
 use rayon::prelude::*;
 
-use super::barrier::{Connection, Connector, Pair, Start};
+use super::barrier::{Connection, Connector, Crossing, Pair, Start};
 use super::groups::Groups;
 use super::journal::{JournalError, Run};
 use super::landscape::{Landscape, NoMinimum};
@@ -29,6 +30,7 @@ use crate::energy::Energy;
 use crate::optimize::Quench;
 use crate::sample::Kernel;
 pub use grow::{Addition, PairSearch, grow_landscape};
+pub(super) use pair::search_between;
 use rest::at_rest;
 pub(super) use rest::by_energy;
 pub use settings::MapSettings;
@@ -104,6 +106,10 @@ struct LandscapeBuilder<'a> {
     /// Two of the minima between which further searches are made.
     pair: Option<PairSearch>,
     waypoints: Waypoints,
+    /// The passes that the further searches crossed.
+    crossed: Vec<Crossing>,
+    /// Height of the lowest pass from one basin right into another.
+    passes: BTreeMap<(usize, usize), f64>,
     /// The tree of the passes known so far, on a surface with ripples.
     known: Option<Tree>,
     evaluations: usize,
@@ -132,6 +138,8 @@ impl<'a> LandscapeBuilder<'a> {
             searches: next_search(&start.attempts),
             pair: start.pair,
             waypoints: Waypoints::default(),
+            crossed: Vec::new(),
+            passes: BTreeMap::new(),
             best: start.best,
             unlisted_minima: start.unlisted_minima,
             attempts: start.attempts,

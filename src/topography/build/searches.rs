@@ -417,7 +417,7 @@ impl LandscapeBuilder<'_> {
     }
 
     /// Two basins of which only a way below `height` matters.
-    fn pair_of(&self, (a, b): (usize, usize), height: f64) -> Pair<'_> {
+    pub(super) fn pair_of(&self, (a, b): (usize, usize), height: f64) -> Pair<'_> {
         Pair {
             ids: (MinimumId(a), MinimumId(b)),
             minima: (self.basin(a), self.basin(b)),

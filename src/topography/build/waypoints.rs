@@ -54,22 +54,26 @@ impl LandscapeBuilder<'_> {
 
     /// The number of the basin at `x`, a new one if it is not known.
     pub(super) fn basin_at(&mut self, x: &[f64], energy: f64) -> usize {
-        if let Some(known) = self.find(x, energy) {
+        if let Some(known) = self.known_basin(x, energy) {
             return known;
         }
+        self.waypoints.minima.push(Minimum {
+            coordinates: x.to_vec(),
+            energy,
+            choice: Vec::new(),
+            members: Vec::new(),
+        });
+        self.minima.len() + self.waypoints.minima.len() - 1
+    }
+
+    /// The number of the basin at `x`, if it is known.
+    pub(super) fn known_basin(&self, x: &[f64], energy: f64) -> Option<usize> {
         let (space, sameness) = (self.energy.space(), &self.settings.sameness);
         let same = |waypoint: &Minimum| sameness.holds(space, x, energy, waypoint);
-        let place = self.waypoints.minima.iter().position(same);
-        let place = place.unwrap_or_else(|| {
-            self.waypoints.minima.push(Minimum {
-                coordinates: x.to_vec(),
-                energy,
-                choice: Vec::new(),
-                members: Vec::new(),
-            });
-            self.waypoints.minima.len() - 1
-        });
-        self.minima.len() + place
+        self.find(x, energy).or_else(|| {
+            let place = self.waypoints.minima.iter().position(same);
+            place.map(|place| self.minima.len() + place)
+        })
     }
 
     /// Whether a leg between two basins is known, however high.
@@ -87,6 +91,9 @@ impl LandscapeBuilder<'_> {
     /// Keeps a leg, and those over the passes that were found beside it.
     pub(super) fn keep_leg(&mut self, leg: Connection) {
         self.keep_passes(&leg);
+        if self.pair.is_some() {
+            self.crossed.extend(leg.crossings.iter().cloned());
+        }
         self.keep(leg);
     }
 
@@ -121,6 +128,8 @@ impl LandscapeBuilder<'_> {
         if a > b {
             path = path.reversed();
         }
+        let lowest = self.passes.entry(ordered((a, b))).or_insert(height);
+        *lowest = lowest.min(height);
         self.keep(Connection {
             invalid_reason,
             ..leg(ordered((a, b)), path, height, evidence)

@@ -76,6 +76,7 @@ impl Refused {
     }
 }
 
+#[derive(Clone)]
 pub(super) struct Known {
     pub(super) x: Vec<f64>,
     energy: f64,
@@ -108,7 +109,7 @@ pub(super) enum Source {
 const FAR: f64 = 10.0;
 
 /// Indices sorted by energy.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct Shelf(pub(super) Vec<(f64, usize)>);
 
 impl Shelf {
@@ -124,6 +125,7 @@ impl Shelf {
     }
 }
 
+#[derive(Clone)]
 pub(super) struct Census {
     pub(super) minima: Vec<Known>,
     pub(super) saddles: Vec<Found>,
@@ -140,6 +142,7 @@ pub(super) struct Census {
     evaluations: usize,
 }
 
+#[derive(Clone)]
 pub(super) struct Found {
     pub(super) x: Vec<f64>,
     pub(super) energy: f64,
@@ -418,6 +421,12 @@ impl Census {
         high + FAR * (high - low + scale)
     }
 
+    /// Numbers of the minima, lowest first: the place of each here is its number in the result.
+    pub(super) fn order(&self) -> Vec<usize> {
+        let sorted = self.by_energy[0].0.iter();
+        sorted.map(|(_, number)| *number).collect()
+    }
+
     /// Connected component of each minimum in the network of saddles.
     pub(super) fn components(&self) -> Vec<usize> {
         self.components_with(&[])
@@ -489,11 +498,7 @@ impl Census {
             draws: &draws,
             doubt: self.doubt(stopped, &limits),
         });
-        let order: Vec<usize> = self.by_energy[0]
-            .0
-            .iter()
-            .map(|(_, number)| *number)
-            .collect();
+        let order = self.order();
         let mut number = vec![0; order.len()];
         for (id, old) in order.iter().enumerate() {
             number[*old] = id;
@@ -551,6 +556,7 @@ impl Census {
             coverage,
             evaluations: self.evaluations + spent,
             stopped,
+            further: None,
         }
     }
 }

@@ -64,14 +64,16 @@ impl Exploration {
             network.add_edge(ends[0], ends[1], bound.edge.clone());
             connections.push(bound.clone());
         }
+        let tree = Tree::from_network(&network, Evidence::Chain);
+        let further = self.further.as_ref();
         Landscape {
-            tree: Tree::from_network(&network, Evidence::Chain),
+            attempts: further.map_or_else(Attempts::default, |further| further.verified(&tree)),
+            tree,
             groups: Groups::new(&network, groups),
             network,
             connections,
             rejected: Vec::new(),
             unlisted_minima: Vec::new(),
-            attempts: Attempts::default(),
             evaluations: self.evaluations,
         }
     }

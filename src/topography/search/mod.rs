@@ -8,6 +8,7 @@ mod census;
 mod coverage;
 mod flat;
 mod funnels;
+mod further;
 mod join;
 mod landscape;
 mod limit;
@@ -27,6 +28,7 @@ pub use coverage::{Coverage, Doubt};
 pub use funnels::{
     LowestReport, LowestSettings, LowestTrace, SizeProbe, explore_lowest, probe_size,
 };
+pub use further::Further;
 use join::Joiner;
 use limit::Limit;
 pub use limit::Limits;
@@ -40,6 +42,7 @@ use start::{Gait, Start};
 
 use super::audit::{Audit, Verdict};
 use super::barrier::Connection;
+use super::build::PairSearch;
 use super::journal::{JournalError, Run};
 use super::network::Minimum;
 use super::{Phase, Tally};
@@ -73,6 +76,8 @@ pub struct Exploration {
     pub evaluations: usize,
     /// Whether the search was stopped before it ended by itself: by the greatest number of searches or by [`Run::enough`].
     pub stopped: bool,
+    /// The further searches between two of the minima, if more was wanted there.
+    pub further: Option<Further>,
 }
 
 impl Exploration {
@@ -116,52 +121,121 @@ pub fn explore(
     settings: &SearchSettings,
     run: &Run<'_>,
 ) -> Result<Exploration, JournalError> {
-    explore_from(energy, draw, &[], settings, run)
+    explore_from(energy, draw, &[], None, settings, run)
 }
 
 /// As [`explore`], beginning with one search from each of the points `known`, such as those of another program.
+///
+/// If more is wanted between two minima, further searches by attraction–diffusion between them follow when the others have
+/// ended ([`Exploration::further`]), and the search goes on from what is new. The numbers of the pair are those of the minima
+/// that a search without it returns. If it does not return so many, nothing further is searched.
 ///
 /// # Errors
 /// If the journal of `run` cannot store a record.
 ///
 /// # Panics
-/// If a point has the wrong length.
+/// If a point has the wrong length, or both minima of the pair are the same.
 pub fn explore_from(
     energy: &dyn Energy,
     draw: &Draw<'_>,
     known: &[Vec<f64>],
+    pair: Option<PairSearch>,
     settings: &SearchSettings,
     run: &Run<'_>,
 ) -> Result<Exploration, JournalError> {
-    let counted = Counted::new(energy);
-    let mut census = Census::new(settings);
-    let mut limit = Limit::new(settings);
-    let mut queue: VecDeque<Start> = (0..known.len()).map(Start::Known).collect();
-    let (mut queued, mut round) = (0, 0);
-    let mut joiner = Joiner::default();
-    let planned = loop {
-        let limited = limit.settings().clone();
-        let searcher = Searcher {
-            energy,
-            draw,
-            known,
-            settings: &limited,
-        };
-        let plan: Vec<Start> = (0..settings.batch.max(1))
-            .map(|_| queue.pop_front().unwrap_or(Start::Random))
+    let mut explorer = Explorer {
+        energy,
+        counted: Counted::new(energy),
+        draw,
+        known,
+        settings,
+        census: Census::new(settings),
+        limit: Limit::new(settings),
+        queue: (0..known.len()).map(Start::Known).collect(),
+        queued: 0,
+        round: 0,
+        joiner: Joiner::default(),
+        stopped: false,
+    };
+    explorer.search(run)?;
+    let further = match pair {
+        Some(pair) => explorer.search_further(pair, run)?,
+        None => None,
+    };
+    Ok(explorer.finish(further))
+}
+
+/// A search in progress.
+struct Explorer<'a> {
+    energy: &'a dyn Energy,
+    counted: Counted<'a>,
+    draw: &'a Draw<'a>,
+    known: &'a [Vec<f64>],
+    settings: &'a SearchSettings,
+    census: Census,
+    limit: Limit,
+    /// Planned searches.
+    queue: VecDeque<Start>,
+    /// Number of minima from which searches have been planned.
+    queued: usize,
+    round: usize,
+    joiner: Joiner,
+    /// Whether it was stopped before it ended by itself.
+    stopped: bool,
+}
+
+impl Explorer<'_> {
+    /// Searches until nothing new has been found for long, or until it is stopped.
+    fn search(&mut self, run: &Run<'_>) -> Result<(), JournalError> {
+        loop {
+            let limited = self.limit.settings().clone();
+            let searcher = Searcher {
+                energy: self.energy,
+                draw: self.draw,
+                known: self.known,
+                settings: &limited,
+            };
+            self.search_batch(&searcher, run)?;
+            if self.census.searches >= self.settings.max_searches || run.is_over() {
+                self.stopped = true;
+                return Ok(());
+            }
+            if self.limit.rises() {
+                self.queue.extend(self.limit.rise(&self.census));
+                continue;
+            }
+            let idle = self.census.searches - self.limit.since(&self.census);
+            if self.queue.is_empty()
+                && idle >= self.patience()
+                && !(self.joiner).join(&searcher, &mut self.census, &self.counted, run)?
+            {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Number of searches without a new point after which the search ends.
+    fn patience(&self) -> usize {
+        let found = self.census.found().max(1);
+        self.settings.patience.saturating_mul(found)
+    }
+
+    fn search_batch(&mut self, searcher: &Searcher<'_>, run: &Run<'_>) -> Result<(), JournalError> {
+        let plan: Vec<Start> = (0..self.settings.batch.max(1))
+            .map(|_| self.queue.pop_front().unwrap_or(Start::Random))
             .collect();
-        let patience = settings.patience.saturating_mul(census.found().max(1));
-        let expected = limit.since(&census).saturating_add(patience);
+        let census = &self.census;
+        let expected = self.limit.since(census).saturating_add(self.patience());
         let tally = Tally::after(
             Phase::Search,
             census.searches,
-            expected.saturating_add(queue.len()),
+            expected.saturating_add(self.queue.len()),
             run.observer,
         );
-        let outcomes = run.remember(&format!("search/{round}"), || {
+        let outcomes = run.remember(&format!("search/{}", self.round), || {
             let first = census.searches as u64;
             let search = |(k, start): (usize, &Start)| {
-                let outcome = searcher.run(first + k as u64, *start, &census);
+                let outcome = searcher.run(first + k as u64, *start, census);
                 tally.tick();
                 outcome
             };
@@ -173,32 +247,39 @@ pub fn explore_from(
                 .collect();
             outcomes
         })?;
-        round += 1;
+        self.round += 1;
         for (start, outcome) in plan.into_iter().zip(outcomes) {
-            limit.note(start, census.take(&counted, outcome));
+            let end = self.census.take(&self.counted, outcome);
+            self.limit.note(start, end);
         }
-        for (minimum, known) in census.minima.iter().enumerate().skip(queued) {
-            queue.extend(along_modes(minimum, known.modes.len().min(settings.modes)));
+        self.plan();
+        Ok(())
+    }
+
+    /// Plans searches from the minima that are new.
+    fn plan(&mut self) {
+        for (minimum, known) in self.census.minima.iter().enumerate().skip(self.queued) {
+            let modes = known.modes.len().min(self.settings.modes);
+            self.queue.extend(along_modes(minimum, modes));
         }
-        queued = census.minima.len();
-        if census.searches >= settings.max_searches || run.is_over() {
-            break Some(queue.len());
+        self.queued = self.census.minima.len();
+    }
+
+    /// The result so far.
+    fn finish(self, further: Option<Further>) -> Exploration {
+        let spent = usize::try_from(self.counted.evaluations()).unwrap_or(usize::MAX);
+        let planned = self.stopped.then_some(self.queue.len());
+        Exploration {
+            further,
+            ..(self.census).finish(
+                self.energy,
+                spent,
+                planned,
+                self.limit.counts,
+                self.joiner.bounds,
+            )
         }
-        if limit.rises() {
-            queue.extend(limit.rise(&census));
-            continue;
-        }
-        let idle = census.searches - limit.since(&census);
-        let patience = settings.patience.saturating_mul(census.found().max(1));
-        if queue.is_empty()
-            && idle >= patience
-            && !joiner.join(&searcher, &mut census, &counted, run)?
-        {
-            break None;
-        }
-    };
-    let spent = usize::try_from(counted.evaluations()).unwrap_or(usize::MAX);
-    Ok(census.finish(energy, spent, planned, limit.counts, joiner.bounds))
+    }
 }
 
 /// Starts from a minimum along its first modes, in both directions, carefully and boldly.

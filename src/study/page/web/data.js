@@ -70,6 +70,9 @@ class Model {
     if (side.ways) side.ways.starts = startsOf(side.ways.points);
     // For each item the merge in which its branch ends.
     side.merge = side.tree ? side.tree.parent.subarray(0, side.count) : new Uint32Array(side.count).fill(NONE);
+    // Energies that differ from zero by rounding are zero.
+    side.rounding = side.tree ? ROUNDING * differenceIn([...side.energy, ...side.tree.energy]) : 0;
+    if (side.rounding > 0) side.energy = side.energy.map(energy => (Math.abs(energy) < side.rounding ? 0 : energy));
   }
 
   // For each minimum, the corresponding one of the other landscape, if there are two.
@@ -217,6 +220,16 @@ class Model {
     }[field];
     return this.sides.some(side => Boolean(has ? has(side) : side[field]));
   }
+}
+
+// Energies that differ by less than this share of the height of the tree differ by rounding.
+const ROUNDING = 1e-9;
+
+// The greatest difference of finite numbers.
+function differenceIn(values) {
+  let [low, high] = [Infinity, -Infinity];
+  for (const value of values) if (Number.isFinite(value)) [low, high] = [Math.min(low, value), Math.max(high, value)];
+  return high > low ? high - low : 0;
 }
 
 // A number with as many digits as are of interest.

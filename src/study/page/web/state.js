@@ -236,7 +236,9 @@ function range(field) {
       const value = model.number(field, item);
       if (Number.isFinite(value)) [low, high] = [Math.min(low, value), Math.max(high, value)];
     }
-    ranges[field] = [low, high];
+    // What differs by rounding has one colour.
+    const rounding = ["energy", "joins", "barrier"].includes(field) ? Math.max(...model.sides.map(side => side.rounding)) : 0;
+    ranges[field] = high - low > rounding ? [low, high] : [low, low];
   }
   return ranges[field];
 }

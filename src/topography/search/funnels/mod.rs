@@ -549,6 +549,7 @@ impl Growth<'_> {
             coverage,
             evaluations,
             stopped: report.stopped || report.hopping_stopped,
+            further: None,
         };
         (found, report)
     }
