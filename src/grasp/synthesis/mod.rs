@@ -209,7 +209,8 @@ fn run(
 
 /// Whether the parts of a grip alone do not hold. Then the hand may close to a grasp that was not asked for.
 fn misses_grip(guide: &GraspEnergy, end: &State) -> bool {
-    guide.compliance(&end.coordinates) > guide.most_compliance()
+    let compliance = guide.compliance(&end.coordinates);
+    compliance.is_some_and(|compliance| compliance > MISSED_COMPLIANCE)
 }
 
 fn refine_given(energy: &GraspEnergy, refine: &QuenchSettings, given: &Given<'_>) -> Synthesized {
@@ -306,6 +307,11 @@ fn trial_settings(refine: &QuenchSettings) -> QuenchSettings {
         .with_gradient_tolerance(TRIAL_TOLERANCE.max(refine.gradient_tolerance))
         .with_max_evaluations(TRIAL_EVALUATIONS.min(refine.max_evaluations))
 }
+
+/// Compliance above which the parts of a grip have let go and the attempt has failed. It is far above that of a hand that
+/// holds, since the descent on the energy itself still presses the pads on: with the bound of the strict filter in its place,
+/// nearly all pinches count as missed.
+const MISSED_COMPLIANCE: f64 = 0.4;
 
 /// Attempts at a grip before another one is drawn: some grips hold nowhere on an object, or not with this hand.
 const ATTEMPTS_OF_A_GRIP: u32 = 3;
