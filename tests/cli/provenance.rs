@@ -16,7 +16,7 @@ use crate::desk::Desk;
 use crate::{PATIENT, contents, grasps, landscape};
 
 /// Runs of every verb that records its command. Together they use all its flags. `@` stands for the folder of the inputs.
-const RUNS: [(&str, &[&str]); 23] = [
+const RUNS: [(&str, &[&str]); 24] = [
     (
         "synth",
         &[
@@ -220,6 +220,10 @@ const RUNS: [(&str, &[&str]); 23] = [
             "--from",
             "@/known points.txt",
         ],
+    ),
+    (
+        "surface",
+        &["muller-brown", "--searches", "64", "--connect", "m0", "m2"],
     ),
     (
         "import",

@@ -106,9 +106,9 @@ impl LandscapeBuilder<'_> {
     /// Searches for lower ways across every merge until their chance is small or the budget is spent, and then between the two
     /// minima of which more is wanted.
     pub(super) fn search(&mut self) -> Result<(), JournalError> {
-        let most = match self.settings.searches {
+        let most = match self.settings.searches / 2 {
             0 => 0,
-            searches => (searches + FREE) / 2,
+            rounds => rounds + FREE / 2,
         };
         if self.pair.is_none() && (most == 0 || self.draws().is_empty()) {
             return Ok(());

@@ -17,7 +17,7 @@ use crate::topography::tree::Tree;
 /// Searches between two minima, made when all others had ended.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Further {
-    /// The two minima as a search without these is numbering them.
+    /// The two minima as a search without these numbers them.
     pub asked: [MinimumId; 2],
     /// The same minima among those of the result.
     pub minima: [MinimumId; 2],
