@@ -11,7 +11,7 @@ use landscape::space::Space;
 use landscape::store::{AtomicFolder, Source, content_hash};
 use landscape::study::{
     Coordinates, MapSearch, StudyRun, Subject, SurfaceMapReport, SurfaceReport, SurfaceSearch,
-    difference_step, gradient_points, in_region, map_surface, onto, search_surface,
+    broken_symmetry, difference_step, gradient_points, in_region, map_surface, onto, search_surface,
 };
 use landscape::topography::{
     GroupSettings, GuardedJournal, LowestSettings, Run, Scales, SearchSettings, probe_size,
@@ -120,6 +120,12 @@ impl Parts {
         let checked = check_gradient(energy, &points, step);
         self.asked.check()?;
         checked.map_err(|fault| Failure::Gradient(Box::new(fault)))?;
+        if let Coordinates::Symmetric { generators, .. } = &self.kind {
+            let proceed = || self.asked.check();
+            if let Some(broken) = broken_symmetry(generators, energy, &points, proceed)? {
+                return Err(Failure::Input(format!("symmetries: {broken}")));
+            }
+        }
         if self.kind == Coordinates::Box {
             // Searches in a box ask for gradients only.
             return Ok(());
@@ -353,7 +359,10 @@ impl Surface {
         }
         let space = kind
             .space((&low, &high))
-            .map_err(|wrong| input(py, format!("the space has {wrong}")))?;
+            .map_err(|wrong| match kind {
+                Coordinates::Symmetric { .. } => input(py, format!("symmetries: {wrong}")),
+                _ => input(py, format!("the space has {wrong}")),
+            })?;
         if matches!(kind, Coordinates::Atoms | Coordinates::Elements(_)) && low.len() < 6 {
             return Err(input(py, "Atoms(1): one atom has no shape; two are needed"));
         }

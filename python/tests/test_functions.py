@@ -85,6 +85,25 @@ def test_map_joins_given_minima():
     assert found.newick().strip().endswith(";")
 
 
+def test_copies_by_declared_symmetries_are_one_point():
+    def wells(x):
+        return float(((x**2 - 1) ** 2).sum()), 4 * x * (x**2 - 1)
+
+    given = {"box": (-2.0, 2.0), "name": "wells"}
+    one = ls.explore(wells, ls.Euclidean(2, symmetries=[[2, 1], [-1, 2]]), **given)
+    assert ls.explore(wells, ls.Euclidean(2), **given).minima.rows == 4 and one.minima.rows == 1
+    for symmetries, words in [
+        ([[2, 1, 3]], "symmetries: symmetry 1 has 3 numbers"),
+        ([[2, 1.5]], "lists of whole numbers"),
+        ([], "the list is empty"),
+    ]:
+        with pytest.raises(ls.InputError, match=words):
+            ls.explore(wells, ls.Euclidean(2, symmetries=symmetries), **given)
+    tilted = lambda x: (wells(x)[0] + 0.3 * x[0], wells(x)[1] + np.array([0.3, 0.0]))  # noqa: E731
+    with pytest.raises(ls.InputError, match="symmetry 1 changes the energy"):
+        ls.explore(tilted, ls.Euclidean(2, symmetries=[[-1, 2]]), **given)
+
+
 def test_descents():
     ends = ls.quench(lambda x: (float((x**2).sum()), 2 * x), [[3.0, -2.0]])
     assert ends.converged.all() and abs(ends.x).max() < 1e-4

@@ -23,6 +23,9 @@ const WIDTHS: [f64; 2] = [0.7, 9.0];
 const DISTINCT: f64 = 1.3;
 /// Energies that differ by less than this share of the height of the links differ by rounding.
 const ROUNDING: f64 = 1e-9;
+/// Difference between heights, relative to the greatest above the lowest minimum, that is rounding: searches know heights to
+/// about this.
+const TIE: f64 = 1e-6;
 
 /// A connection of two minima.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,8 +77,8 @@ pub struct PlacedLink {
     pub link: Link,
     /// Width of the line.
     pub width: f64,
-    /// Whether it belongs to the spanning tree of lowest barriers.
-    pub in_tree: bool,
+    /// Whether no detour over other connections is lower.
+    pub is_lowest: bool,
 }
 
 impl BarrierPicture {
@@ -164,7 +167,7 @@ impl BarrierPicture {
         let line = |(index, &link): (usize, &Link)| PlacedLink {
             link,
             width: widths.width(widths.barriers[index]),
-            in_tree: widths.in_tree[index],
+            is_lowest: widths.is_lowest[index],
         };
         Ok(PlacedGraph {
             points,
@@ -268,7 +271,7 @@ impl BarrierPicture {
         for (barrier, text) in widths.explained() {
             legend.line(Stroke::solid(LINE, widths.width(barrier)), &text);
         }
-        if widths.in_tree.contains(&false) {
+        if widths.is_lowest.contains(&false) {
             legend.line(Stroke::solid(PALE_LINE, TYPICAL_WIDTH), "a detour is lower");
         }
         if links.iter().any(|link| link.evidence > Evidence::Path) {
@@ -362,15 +365,15 @@ fn draw_links(canvas: &mut Canvas, links: &[Link], widths: &Widths, points: &[[f
     let mut order: Vec<usize> = (0..links.len()).collect();
     order.sort_by(|&a, &b| {
         let by_barrier = widths.barriers[b].total_cmp(&widths.barriers[a]);
-        widths.in_tree[a]
-            .cmp(&widths.in_tree[b])
+        widths.is_lowest[a]
+            .cmp(&widths.is_lowest[b])
             .then(by_barrier)
             .then(a.cmp(&b))
     });
     for index in order {
         let link = &links[index];
         let width = widths.width(widths.barriers[index]);
-        let colour = if widths.in_tree[index] {
+        let colour = if widths.is_lowest[index] {
             LINE
         } else {
             PALE_LINE.with_opacity(0.55)
@@ -389,9 +392,9 @@ fn draw_links(canvas: &mut Canvas, links: &[Link], widths: &Widths, points: &[[f
 struct Widths {
     /// Relative barrier of each link.
     barriers: Vec<f64>,
-    /// Whether the link belongs to the spanning tree of lowest heights.
-    in_tree: Vec<bool>,
-    /// Median barrier over the tree. A link of this barrier has the typical width and length 1.
+    /// Whether no detour over other links is lower by more than rounding.
+    is_lowest: Vec<bool>,
+    /// Median barrier over these. A link of this barrier has the typical width and length 1.
     typical: f64,
 }
 
@@ -406,23 +409,32 @@ impl Widths {
                 .then(barriers[a].total_cmp(&barriers[b]))
                 .then(a.cmp(&b))
         });
+        let lowest = picture.energies.iter().copied().fold(f64::INFINITY, f64::min);
+        let heights = links.iter().map(|link| link.height - lowest);
+        let rounding = TIE * heights.fold(0.0, f64::max);
         let mut sets = UnionFind::new(picture.energies.len());
-        let mut in_tree = vec![false; links.len()];
-        for &index in &order {
-            let [a, b] = links[index].ends;
-            in_tree[index] = sets.union(a, b);
+        let mut is_lowest = vec![false; links.len()];
+        for level in order.chunk_by(|&a, &b| links[b].height - links[a].height <= rounding) {
+            for &index in level {
+                let [a, b] = links[index].ends;
+                is_lowest[index] = !sets.equiv(a, b);
+            }
+            for &index in level {
+                let [a, b] = links[index].ends;
+                sets.union(a, b);
+            }
         }
-        let mut tree: Vec<f64> = barriers
+        let mut direct: Vec<f64> = barriers
             .iter()
-            .zip(&in_tree)
+            .zip(&is_lowest)
             .filter(|(barrier, kept)| **kept && **barrier > 0.0)
             .map(|(b, _)| *b)
             .collect();
-        tree.sort_by(f64::total_cmp);
-        let typical = tree.get(tree.len() / 2).copied().unwrap_or(1.0);
+        direct.sort_by(f64::total_cmp);
+        let typical = direct.get(direct.len() / 2).copied().unwrap_or(1.0);
         Self {
             barriers,
-            in_tree,
+            is_lowest,
             typical,
         }
     }
@@ -551,7 +563,27 @@ mod tests {
         // The eye tells lines apart whose barriers differ by half.
         assert!(widths.width(widths.typical) > 1.45 * widths.width(1.5 * widths.typical));
         assert!(widths.length(0.0) < widths.length(widths.typical));
-        assert_eq!(widths.in_tree.iter().filter(|kept| **kept).count(), 59);
+        assert_eq!(widths.is_lowest.iter().filter(|kept| **kept).count(), 59);
+    }
+
+    #[test]
+    fn no_detour_is_lower_by_rounding() {
+        let mut picture = picture(3, 1, false);
+        picture.energies = vec![0.0; 3];
+        let link = |ends, height| Link {
+            ends,
+            height,
+            evidence: Evidence::Saddle,
+        };
+        picture.links = vec![
+            link([0, 1], 1.0),
+            link([1, 2], 1.0 + 1e-9),
+            link([0, 2], 1.0 + 2e-9),
+        ];
+        let lowest = |picture: &BarrierPicture| Widths::new(picture, &picture.links).is_lowest;
+        assert_eq!(lowest(&picture), [true; 3]);
+        picture.links[2].height = 1.01;
+        assert_eq!(lowest(&picture), [true, true, false]);
     }
 
     #[test]

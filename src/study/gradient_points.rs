@@ -1,4 +1,6 @@
-//! Points at which the gradient of a given energy is checked before it is searched.
+//! Points at which the gradient and the declared symmetries of a given energy are checked before it is searched.
+
+use std::fmt;
 
 use crate::energy::Energy;
 use crate::optimize::{QuenchSettings, quench};
@@ -46,4 +48,71 @@ pub fn gradient_points<E>(
         points.push(x);
     }
     Ok(points)
+}
+
+/// A declared symmetry that changes the energy.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BrokenSymmetry {
+    /// Index of the generator.
+    pub generator: usize,
+    /// A point.
+    pub x: Vec<f64>,
+    /// The energies of the point and of its copy.
+    pub energies: [f64; 2],
+}
+
+impl fmt::Display for BrokenSymmetry {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ([here, there], x) = (self.energies, &self.x);
+        write!(
+            formatter,
+            "symmetry {} changes the energy from {here} to {there} at {x:?}, so that it is none",
+            self.generator + 1
+        )
+    }
+}
+
+impl std::error::Error for BrokenSymmetry {}
+
+/// Relative difference between the energies of a point and its copy that rounding explains.
+const ROUNDING: f64 = 1e-6;
+
+/// Compares the energies of `points` with those of their copies by each of the `generators`, each of which has a number for
+/// every coordinate as in [`Coordinates::Symmetric`](super::Coordinates::Symmetric). After each copy `proceed` tells whether the
+/// energy could be computed.
+///
+/// # Errors
+/// Those of `proceed`. The first symmetry that changes the energy is returned.
+///
+/// # Panics
+/// If a generator has a zero, or a number beyond the coordinates.
+pub fn broken_symmetry<E>(
+    generators: &[Vec<i64>],
+    energy: &dyn Energy,
+    points: &[Vec<f64>],
+    mut proceed: impl FnMut() -> Result<(), E>,
+) -> Result<Option<BrokenSymmetry>, E> {
+    let mut gradient = vec![0.0; energy.space().tangents()];
+    let mut of = |x: &[f64]| energy.evaluate(x, &mut gradient);
+    let energies: Vec<f64> = points.iter().map(|x| of(x)).collect();
+    let largest = energies.iter().filter(|energy| energy.is_finite());
+    let largest = largest.fold(0.0, |most: f64, energy| most.max(energy.abs()));
+    for (generator, numbers) in generators.iter().enumerate() {
+        for (x, here) in points.iter().zip(&energies) {
+            let place = |n: &i64| usize::try_from(n.unsigned_abs()).unwrap_or(0) - 1;
+            let value = |n: &i64| if *n < 0 { -x[place(n)] } else { x[place(n)] };
+            let copy: Vec<f64> = numbers.iter().map(value).collect();
+            let there = of(&copy);
+            proceed()?;
+            let equal = (there - here).abs() <= ROUNDING * largest;
+            if !equal && there.total_cmp(here).is_ne() {
+                return Ok(Some(BrokenSymmetry {
+                    generator,
+                    x: x.clone(),
+                    energies: [*here, there],
+                }));
+            }
+        }
+    }
+    Ok(None)
 }

@@ -154,7 +154,7 @@ pub use export::{
     squeezing_test,
 };
 pub use given_labels::{GivenLabel, GivenLabelError, given_labels};
-pub use gradient_points::{difference_step, gradient_points};
+pub use gradient_points::{BrokenSymmetry, broken_symmetry, difference_step, gradient_points};
 pub use grasp_import::{
     GraspImportError, GraspImportSettings, ImportedGrasps, ScaleCounts, import_grasps,
 };

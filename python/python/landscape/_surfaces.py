@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 import shlex
 import sys
 import threading
@@ -37,16 +38,22 @@ class _Numbered:
 
 @dataclass(frozen=True)
 class Euclidean(_Numbered):
-    """Numbers in a flat space. ``n``: how many; by default as many as the box has sides."""
+    """Numbers in a flat space. ``n``: how many; by default as many as the box has sides.
+
+    ``symmetries``: what leaves the energy as it is, each as the coordinates of the copy, counted from 1 and negated by a minus:
+    ``[[2, 1, 3], [-1, -2, 3]]`` exchanges the first two coordinates, and negates both. Copies of a point are one point.
+    """
 
     n: int | None = None
+    symmetries: Sequence[Sequence[int]] | None = None
 
 
 @dataclass(frozen=True)
 class Torus(_Numbered):
-    """Angles in radians, which wrap. ``n``: how many."""
+    """Angles in radians, which wrap. ``n``: how many. ``symmetries``: as of :class:`Euclidean`."""
 
     n: int
+    symmetries: Sequence[Sequence[int]] | None = None
 
 
 @dataclass(frozen=True)
@@ -123,6 +130,15 @@ class Descents(NamedTuple):
 def _kind(space: Space) -> str:
     """The coordinates of a space as in files."""
     name = _KINDS[type(space)]
+    if isinstance(space, (Euclidean, Torus)) and space.symmetries is not None:
+        try:
+            rows = [" ".join(str(operator.index(number)) for number in row) for row in space.symmetries]
+        except TypeError:
+            told = f"symmetries {space.symmetries!r}: lists of whole numbers are needed, such as [[2, 1], [-1, -2]]"
+            raise InputError(told) from None
+        if not rows:
+            raise InputError("symmetries: the list is empty; leave it out for an energy without symmetries")
+        return f"{name} modulo {', '.join(rows)}"
     if not isinstance(space, (Atoms, FixedFrame)) or space.elements is None:
         return name
     if isinstance(space.elements, str):

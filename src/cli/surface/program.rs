@@ -11,7 +11,7 @@ use crate::energy::{Energy, External, ExternalError, InBox, check_gradient};
 use crate::limits::{ANSWER_TIME, MOST_COORDINATES, REGION, REGION_SIDE};
 use crate::space::Space;
 use crate::store::content_hash;
-use crate::study::{self, difference_step, gradient_points};
+use crate::study::{self, broken_symmetry, difference_step, gradient_points};
 
 /// Lower and upper bounds of each coordinate.
 pub(super) type Region = (Vec<f64>, Vec<f64>);
@@ -113,37 +113,6 @@ fn symmetries(path: &Path) -> anyhow::Result<Vec<Vec<i64>>> {
     Ok(generators)
 }
 
-/// Relative difference between the energies of a point and its copy that rounding explains.
-const ROUNDING: f64 = 1e-6;
-
-/// Compares the energies of random points with those of their copies by each of the generators.
-fn check_symmetries(
-    generators: &[Vec<i64>],
-    energy: &External,
-    points: &[Vec<f64>],
-) -> anyhow::Result<()> {
-    let mut gradient = vec![0.0; energy.space().tangents()];
-    let mut of = |x: &[f64]| energy.evaluate(x, &mut gradient);
-    let energies: Vec<f64> = points.iter().map(|x| of(x)).collect();
-    let largest = energies.iter().filter(|energy| energy.is_finite());
-    let largest = largest.fold(0.0, |most: f64, energy| most.max(energy.abs()));
-    for (row, numbers) in generators.iter().enumerate() {
-        for (x, here) in points.iter().zip(&energies) {
-            let place = |n: &i64| usize::try_from(n.unsigned_abs()).unwrap_or(0) - 1;
-            let value = |n: &i64| if *n < 0 { -x[place(n)] } else { x[place(n)] };
-            let copy: Vec<f64> = numbers.iter().map(value).collect();
-            let there = of(&copy);
-            check(energy)?;
-            ensure!(
-                (there - here).abs() <= ROUNDING * largest || there.total_cmp(here).is_eq(),
-                "--symmetries: symmetry {} changes the energy from {here} to {there} at {x:?}, so that it is none",
-                row + 1
-            );
-        }
-    }
-    Ok(())
-}
-
 /// Parses `Ar,Ar,Kr`, or `Ar2,Kr` for the same.
 fn elements(list: &str) -> anyhow::Result<Vec<String>> {
     let mut elements = Vec::new();
@@ -227,7 +196,9 @@ pub(super) fn start(
     check(&external)?;
     checked?;
     if let study::Coordinates::Symmetric { generators, .. } = &kind {
-        check_symmetries(generators, &external, &points)?;
+        if let Some(broken) = broken_symmetry(generators, &external, &points, || check(&external))? {
+            bail!("--symmetries: {broken}");
+        }
     }
     Ok(external)
 }

@@ -143,7 +143,7 @@ pub(super) fn graph(
         "height": pack.doubles(&heights),
         "width": pack.floats(&widths),
         "evidence": pack.bytes(lines.iter().map(|line| number(line.link.evidence))),
-        "in_tree": pack.bytes(lines.iter().map(|line| u8::from(line.in_tree))),
+        "is_lowest": pack.bytes(lines.iter().map(|line| u8::from(line.is_lowest))),
     }))
 }
 

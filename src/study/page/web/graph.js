@@ -10,7 +10,7 @@ class GraphPanel {
     if (this.ofGroups) section.querySelector("h2").textContent = "Barrier graph of the groups";
     this.circleOf = new Map(this.circles.map((item, circle) => [item, circle]));
     this.order = Array.from(graph.a, (_, line) => line);
-    this.order.sort((p, q) => graph.in_tree[p] - graph.in_tree[q] || graph.height[q] - graph.height[p]);
+    this.order.sort((p, q) => graph.is_lowest[p] - graph.is_lowest[q] || graph.height[q] - graph.height[p]);
     this.drawing = new Drawing(
       section,
       "Barrier graph",
@@ -85,14 +85,14 @@ class GraphPanel {
     const { graph } = this.side;
     const ends = [graph.a[line], graph.b[line]];
     const bound = model.header.evidence[graph.evidence[line]] === "chain";
-    const inTree = graph.in_tree[line];
+    const isLowest = graph.is_lowest[line];
     const faded = ends.every(end => derived.passes[graph.minimum[end]]) ? 1 : 0.2;
     const [[x1, y1], [x2, y2]] = ends.map(end => this.at(end));
     pen.line(x1, y1, x2, y2, {
-      stroke: lit ? look.route : inTree ? look.line : look.pale,
-      width: lit ? 4 : Math.max(0.6, this.scale * graph.width[line] * (inTree ? 1 : 0.8)),
+      stroke: lit ? look.route : isLowest ? look.line : look.pale,
+      width: lit ? 4 : Math.max(0.6, this.scale * graph.width[line] * (isLowest ? 1 : 0.8)),
       dash: bound && !lit ? [6, 5] : [],
-      alpha: lit ? 1 : (inTree ? 0.9 : 0.6) * faded,
+      alpha: lit ? 1 : (isLowest ? 0.9 : 0.6) * faded,
     });
   }
 
