@@ -11,7 +11,8 @@ use landscape::space::Space;
 use landscape::store::{AtomicFolder, Source, content_hash};
 use landscape::study::{
     Coordinates, MapSearch, StudyRun, Subject, SurfaceMapReport, SurfaceReport, SurfaceSearch,
-    broken_symmetry, difference_step, gradient_points, in_region, map_surface, onto, search_surface,
+    broken_symmetry, difference_step, gradient_points, in_region, map_surface, onto,
+    search_surface,
 };
 use landscape::topography::{
     GroupSettings, GuardedJournal, LowestSettings, Run, Scales, SearchSettings, probe_size,
@@ -357,12 +358,10 @@ impl Surface {
                 format!("box: {low:?} to {high:?} is no box with low < high in each coordinate"),
             ));
         }
-        let space = kind
-            .space((&low, &high))
-            .map_err(|wrong| match kind {
-                Coordinates::Symmetric { .. } => input(py, format!("symmetries: {wrong}")),
-                _ => input(py, format!("the space has {wrong}")),
-            })?;
+        let space = kind.space((&low, &high)).map_err(|wrong| match kind {
+            Coordinates::Symmetric { .. } => input(py, format!("symmetries: {wrong}")),
+            _ => input(py, format!("the space has {wrong}")),
+        })?;
         if matches!(kind, Coordinates::Atoms | Coordinates::Elements(_)) && low.len() < 6 {
             return Err(input(py, "Atoms(1): one atom has no shape; two are needed"));
         }

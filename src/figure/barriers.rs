@@ -409,7 +409,11 @@ impl Widths {
                 .then(barriers[a].total_cmp(&barriers[b]))
                 .then(a.cmp(&b))
         });
-        let lowest = picture.energies.iter().copied().fold(f64::INFINITY, f64::min);
+        let lowest = picture
+            .energies
+            .iter()
+            .copied()
+            .fold(f64::INFINITY, f64::min);
         let heights = links.iter().map(|link| link.height - lowest);
         let rounding = TIE * heights.fold(0.0, f64::max);
         let mut sets = UnionFind::new(picture.energies.len());

@@ -56,8 +56,8 @@ pub struct Growth {
 /// Maps the landscape between the grasps of one hand on one object: descends from every grasp, merges equal minima,
 /// measures the hovering cost, chooses temperature and force, and connects the minima.
 ///
-/// The relative barrier of groups is [`GROUP_LEVEL`](super::GROUP_LEVEL) for an energy in units of the cost of letting go.
-/// For other energies it is at most the cost of hovering 2 mm off the object: higher barriers are crossed by letting go, so
+/// The relative barrier of groups is [`GroupLevel::default_of`](super::GroupLevel::default_of) the energy. For energies without
+/// a layer it is at most the cost of hovering 2 mm off the object: higher barriers are crossed by letting go, so
 /// they do not distinguish grasps. The result depends only on the grasps, the energy and the settings, not
 /// on threads and interruptions.
 ///

@@ -11,11 +11,6 @@ use crate::store::Manifest;
 /// nothing.
 pub(super) const ROUGHNESS: f64 = 0.005;
 
-/// Relative barrier of groups as a fraction of the cost of letting go, for an energy that knows this cost.
-///
-/// It is ten ripples, so ripples never divide a family. The families of a bottle are separated by barriers of 0.05 to 0.35.
-pub const GROUP_LEVEL: f64 = 10.0 * ROUGHNESS;
-
 /// Relative difference below which levels are equal.
 const TIE: f64 = 1e-9;
 
@@ -37,11 +32,17 @@ impl GroupLevel {
         })
     }
 
-    /// The default level: [`GROUP_LEVEL`] of the cost of letting go; `None` if the energy does not know this cost.
+    /// The default level for an energy with an elastic layer: what it costs to put one resting phalanx on the object
+    /// ([`LayerSettings::hump`](crate::grasp::layer::LayerSettings::hump)), and at least a ripple. `None` for an energy
+    /// without a layer.
+    ///
+    /// So grasps are of one group if the hand gets from one to the other without pushing more than one phalanx at a time over
+    /// the hump. The level is the same for all hands and objects.
     pub fn default_of(settings: &EnergySettings) -> Option<Self> {
         let cost = letting_go(settings)?;
+        let hump = settings.layer?.hump();
         Some(Self {
-            barrier: GROUP_LEVEL * cost,
+            barrier: hump.max(ROUGHNESS * cost),
             letting_go: Some(cost),
         })
     }
@@ -110,8 +111,7 @@ mod tests {
 
     #[test]
     fn levels_are_fractions_of_the_cost_of_letting_go() {
-        let closed = GroupLevel::default_of(&EnergySettings::closed()).unwrap();
-        assert_eq!(closed, level(0.05, Some(1.0)));
+        let closed = level(0.05, Some(1.0));
         assert_eq!(
             closed.to_string(),
             "0.0500 (5.0 % of the cost of letting go)"
@@ -122,8 +122,27 @@ mod tests {
         );
         assert!(!closed.equals(&level(0.06, Some(1.0))));
         assert!(!closed.equals(&level(0.05, None)));
-        assert_eq!(GroupLevel::default_of(&EnergySettings::four_points()), None);
         assert!(level(0.1, None).equals(&level(0.1, None)));
+    }
+
+    /// The cost is found by sampling the energy of a phalanx along its way to the object.
+    #[test]
+    fn the_default_level_is_the_cost_of_putting_a_phalanx_on_the_object() {
+        let mut settings = EnergySettings::closed();
+        let layer = settings.layer.as_mut().unwrap();
+        let energy = |k: f64, u: f64| 1.0 - (1.0 - u).powi(3) * (1.0 - k * u);
+        let highest = |k: f64| {
+            let along = (0..=10_000).map(|n| energy(k, f64::from(n) * 1e-4));
+            along.fold(0.0, f64::max) - energy(k, 1.0)
+        };
+        let expected = layer.reach_weight * highest(layer.reach_hump);
+        let found = GroupLevel::default_of(&settings).unwrap();
+        assert!((found.barrier - expected).abs() < 1e-6, "{found}");
+        assert_eq!(found.letting_go, Some(1.0));
+        settings.layer.as_mut().unwrap().reach_hump = 0.0;
+        let flat = GroupLevel::default_of(&settings).unwrap();
+        assert_eq!(flat.barrier, ROUGHNESS, "ripples never divide a group");
+        assert_eq!(GroupLevel::default_of(&EnergySettings::four_points()), None);
     }
 
     #[test]

@@ -99,6 +99,7 @@ mod export;
 mod given_labels;
 mod gradient_points;
 mod grasp_import;
+mod group_names;
 mod import_doubt;
 mod imported;
 mod inputs;
@@ -158,6 +159,7 @@ pub use gradient_points::{BrokenSymmetry, broken_symmetry, difference_step, grad
 pub use grasp_import::{
     GraspImportError, GraspImportSettings, ImportedGrasps, ScaleCounts, import_grasps,
 };
+pub use group_names::GroupName;
 pub use imported::{ImportedLandscape, StationaryCoordinates};
 pub use inputs::{
     InputError, hand_files, hand_metadata, object_metadata, read_grasps, rename_object,
@@ -165,7 +167,7 @@ pub use inputs::{
 pub use judging::{JudgedContact, JudgedGrasp, JudgedPopulation, judge_all};
 pub use kinetics::{Kinetics, KineticsAt, KineticsSettings};
 pub use labels::{HumanLabel, human_label, label_all, record_labels};
-pub use level::{GROUP_LEVEL, GroupLevel};
+pub use level::GroupLevel;
 pub use minimax_path::{MinimaxPath, Waypoint};
 pub use minimum_values::MinimumValues;
 pub use names::{GraspSetting, MinimumName};

@@ -11,12 +11,12 @@ use super::chain_choice;
 use super::connected::ConnectedPair;
 use super::drawing::{Titles, Views, not_drawn};
 use super::error::StudyError;
-use super::level::{GROUP_LEVEL, GroupLevel, letting_go};
+use super::group_names::{GroupName, group_names};
+use super::level::{GroupLevel, letting_go};
 use super::tables::{Input, Mapped, upper_bounds};
 use super::uncertainty::{self, GRASPS, Uncertainty};
 use super::ways::Way;
 use super::{json, median, spell, tally};
-use crate::evaluation::taxonomy::{Labeller, Rule, Verdict};
 use crate::grasp::GraspEnergy;
 use crate::grasp::hover::HoverCost;
 use crate::printable::{counted, printable};
@@ -119,7 +119,8 @@ impl GraspReport<'_> {
         let (mapped, titles) = (self.mapped(), self.titles());
         let merges = mapped.landscape.merges();
         let uncertainty = Uncertainty::of(mapped.landscape, GRASPS);
-        let files = self.files(&mapped, &merges, &uncertainty);
+        let names = group_names(&mapped, self.energy);
+        let files = self.files(&mapped, &merges, &uncertainty, &names);
         let difference = CURVATURE_STEP * self.found.settings.path.max_step;
         let database = Database::from_landscape(self.energy, mapped.landscape, difference);
         mapped.draw(&titles, Views::default(), &database, folder)?;
@@ -131,7 +132,7 @@ impl GraspReport<'_> {
         if let Some(diagram) = &self.found.choice.diagram {
             chain_choice::write(diagram, &titles.title, folder)?;
         }
-        let text = self.summary(&mapped, &merges, &uncertainty, &files);
+        let text = self.summary(&mapped, &merges, &uncertainty, (&files, &names));
         let mut headline = self.headline(files.minima.len(), &uncertainty);
         if let Some(connected) = self.connected() {
             let _ = write!(headline, " {}.", connected.spell(told_height));
@@ -175,12 +176,14 @@ impl GraspReport<'_> {
         mapped: &Mapped<'_>,
         merges: &[Merge],
         uncertainty: &Uncertainty,
+        names: &[GroupName],
     ) -> LandscapeFiles {
         let (found, landscape) = (self.found, mapped.landscape);
         let edges = mapped.edges();
         let findings = mapped.findings(merges, uncertainty);
         let mut findings: BTreeMap<_, _> = findings.into_iter().collect();
         let mut tell = |name: &str, value| findings.insert(name.to_owned(), value);
+        tell("group_names", json(names));
         tell("hover_cost", json(&found.hover));
         tell("method", method(found.arrivals.is_some()).into());
         if let Some(arrivals) = &found.arrivals {
@@ -284,14 +287,14 @@ impl GraspReport<'_> {
         mapped: &Mapped<'_>,
         merges: &[Merge],
         uncertainty: &Uncertainty,
-        files: &LandscapeFiles,
+        (files, names): (&LandscapeFiles, &[GroupName]),
     ) -> String {
         let manifest = &files.manifest;
         let mut lines = self.overview(files, merges, uncertainty);
         let notes = manifest.warnings.iter().cloned();
         let notes = notes.chain(not_drawn(files.minima.len()));
         lines.extend(notes.map(|note| format!("Note: {note}.\n")));
-        lines.extend(largest_groups(mapped, self.energy));
+        lines.extend(largest_groups(mapped, names));
         lines.extend(upper_bounds(merges));
         lines.push(format!(
             "\nMade by `{}`, landscape {}.\n",
@@ -381,8 +384,7 @@ impl GraspReport<'_> {
         let why = match (groups.barrier, groups.highest) {
             (Some(given), _) => match usual {
                 Some(level) if level.barrier.to_bits() == given.to_bits() => {
-                    let percent = 100.0 * GROUP_LEVEL;
-                    format!("{percent:.0} % of the cost of letting go")
+                    "what it costs to put one resting phalanx on the object".to_owned()
                 }
                 _ => "as given with --group-barrier".to_owned(),
             },
@@ -471,57 +473,36 @@ fn input(grasp: &GraspRow) -> Input {
     }
 }
 
-fn largest_groups(mapped: &Mapped<'_>, energy: &GraspEnergy) -> Vec<String> {
-    let minimum = |id: &MinimumId| &mapped.landscape.network[NodeIndex::new(id.0)];
-    let mut groups: Vec<(usize, &[MinimumId], Vec<usize>)> = mapped
-        .landscape
-        .groups
-        .members
-        .iter()
-        .enumerate()
-        .map(|(group, members)| {
-            let rows = members
-                .iter()
-                .flat_map(|id| minimum(id).members.clone())
-                .collect();
-            (group, members.as_slice(), rows)
-        })
+fn largest_groups(mapped: &Mapped<'_>, names: &[GroupName]) -> Vec<String> {
+    let lowest = |members: &[MinimumId]| {
+        let energies = members
+            .iter()
+            .map(|id| mapped.landscape.network[NodeIndex::new(id.0)].energy);
+        energies.fold(f64::INFINITY, f64::min)
+    };
+    let mut groups: Vec<(&GroupName, f64)> = (names.iter().zip(&mapped.landscape.groups.members))
+        .map(|(name, members)| (name, lowest(members)))
         .collect();
-    groups.sort_by_key(|(group, _, rows)| (std::cmp::Reverse(rows.len()), *group));
-    // As on the page, minima of a file without labels are named by the rule.
-    let unlabelled = mapped.inputs.iter().all(|input| input.label.is_none());
-    let labeller =
-        unlabelled.then(|| Labeller::new(energy.hand(), energy.object(), Rule::standard()));
-    let label = |lowest: Option<&MinimumId>, rows: &[usize]| match (&labeller, lowest) {
-        (Some(labeller), Some(lowest)) => {
-            let label = labeller.label(&minimum(lowest).coordinates);
-            match label.verdict {
-                Verdict::NotApplicable(_) => String::new(),
-                _ => label.text().to_owned(),
-            }
-        }
-        _ => mapped.label(rows).unwrap_or_default(),
-    };
-    let column = if unlabelled {
-        "type of the lowest, by the rule"
-    } else {
-        "label"
-    };
+    groups.sort_by_key(|(name, _)| (std::cmp::Reverse(name.grasps), name.group));
     let mut lines = vec![
         "## Largest families\n".to_owned(),
-        format!(
-            "| family | different grasps | grasps | lowest energy | {column} |\n|---|---|---|---|---|"
-        ),
+        "A name tells the most frequent type and its share, what touches the object in most grasps, and, where two thirds \
+         agree, the side of the thumb and the place on the object.\n"
+            .to_owned(),
+        "| family | name | different grasps | grasps | lowest energy |\n|---|---|---|---|---|".to_owned(),
     ];
-    lines.extend(groups.into_iter().take(12).map(|(group, members, rows)| {
-        let lowest =
-            (members.iter()).min_by(|a, b| minimum(a).energy.total_cmp(&minimum(b).energy));
-        let energy = lowest.map_or(f64::INFINITY, |id| minimum(id).energy);
+    lines.extend(groups.into_iter().take(12).map(|(name, energy)| {
+        let share = match &name.label {
+            Some(_) => format!(" ({:.0} %)", 100.0 * name.label_share),
+            None => String::new(),
+        };
+        let told = match name.name.split_once(", ") {
+            Some((first, rest)) => format!("{first}{share}, {rest}"),
+            None => format!("{}{share}", name.name),
+        };
         format!(
-            "| g{group} | {} | {} | {energy:.3} | {} |",
-            members.len(),
-            rows.len(),
-            label(lowest, &rows)
+            "| g{} | {told} | {} | {} | {energy:.3} |",
+            name.group, name.minima, name.grasps
         )
     }));
     lines

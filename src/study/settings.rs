@@ -35,7 +35,7 @@ pub(super) const TEMPERATURE: f64 = 0.5 * ROUGHNESS;
 /// surface points are one grasp.
 ///
 /// For an energy that knows the cost of letting go, this cost sets the tolerances of energies and the level of groups
-/// ([`GROUP_LEVEL`](super::GROUP_LEVEL)).
+/// ([`GroupLevel::default_of`]).
 pub fn settings_for_grasps(energy: &GraspEnergy) -> MapSettings {
     map_of(energy.settings(), contact_slope(energy))
 }

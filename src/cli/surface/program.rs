@@ -196,7 +196,8 @@ pub(super) fn start(
     check(&external)?;
     checked?;
     if let study::Coordinates::Symmetric { generators, .. } = &kind {
-        if let Some(broken) = broken_symmetry(generators, &external, &points, || check(&external))? {
+        if let Some(broken) = broken_symmetry(generators, &external, &points, || check(&external))?
+        {
             bail!("--symmetries: {broken}");
         }
     }

@@ -127,15 +127,24 @@ impl LayerSettings {
         ]
     }
 
-    /// Distance from the object of the parts that rest while a chain closes the digits of its grip, metres: half way from the
-    /// peak of the hump to the end of the reach. Nearer parts would slide on to the object.
-    ///
-    /// The energy of [`Reach`](crate::grasp::term::Reach) rises until u = (d/reach)² = (k + 3)/(4 k) for a hump k > 1. Without
-    /// a hump this is the reach.
-    pub fn rest_clearance_m(&self) -> f64 {
+    /// Where the energy of [`Reach`](crate::grasp::term::Reach) is highest: u = (d/reach)² = (k + 3)/(4 k) for a hump k > 1,
+    /// and 1 without a hump.
+    fn peak(&self) -> f64 {
         let hump = self.reach_hump.max(1.0);
-        let peak = ((hump + 3.0) / (4.0 * hump)).sqrt();
-        self.reach_m * f64::midpoint(peak, 1.0)
+        (hump + 3.0) / (4.0 * hump)
+    }
+
+    /// Distance from the object of the parts that rest while a chain closes the digits of its grip, metres: half way from the
+    /// peak of the hump to the end of the reach. Nearer parts would slide on to the object. Without a hump it is the reach.
+    pub fn rest_clearance_m(&self) -> f64 {
+        self.reach_m * f64::midpoint(self.peak().sqrt(), 1.0)
+    }
+
+    /// Height of the hump, which is what it costs to put a phalanx that rests beyond the reach on the object:
+    /// w (1 − u)³ (k u − 1) at the peak. 0 without a hump.
+    pub fn hump(&self) -> f64 {
+        let u = self.peak();
+        self.reach_weight * (1.0 - u).powi(3) * (self.reach_hump * u - 1.0).max(0.0)
     }
 
     /// Greatest gap at which the layer carries or presses, metres.

@@ -71,6 +71,7 @@ impl PageLandscape<'_> {
             "member_count": pack.wholes(files.minima.iter().map(|row| row.members.len())),
             "group": tree::groups(&files.minima, pack),
             "groups": manifest.counts.groups,
+            "group_names": manifest.findings.get("group_names"),
             "tree": tree::tree(&merges, self.attempts, pack),
             "graph": tree::graph(files, &network, &merges, pack)?,
             "trust": trust::statements(files, &merges, self.attempts),

@@ -81,6 +81,12 @@ function tip(lines, x = 0, y = 0) {
   box.style.top = Math.max(4, Math.min(y + 16, innerHeight - box.offsetHeight - 8)) + "px";
 }
 
+// A group with the name that a person would give it, if the landscape has one.
+function groupName(side, group) {
+  const name = side.group_names?.find(one => one.group === group)?.name;
+  return name ? `g${group}: ${name}` : `g${group}`;
+}
+
 // What is said of an item beside the pointer.
 function described(item) {
   const [side] = model.at(item);
@@ -96,7 +102,7 @@ function described(item) {
     number("energy", "energy"),
     number("epsilon", "ε"),
     Number.isNaN(stable) ? null : stable ? "held in simulation" : "fell in simulation",
-    grasps ? `${plural(model.number("members", item), "grasp", "grasps")}, group g${model.number("group", item)}` : null,
+    grasps ? `${plural(model.number("members", item), "grasp", "grasps")}, group ${groupName(side, model.number("group", item))}` : null,
     number("joins", "joins others at"),
   ].filter(line => line);
 }

@@ -41,7 +41,7 @@ class Legend {
         }
         return [...groups].map(([group, members]) => {
           const name = "g" + group;
-          return { words: name, chip: name, count: members.length, colour: colourOf(members[0]) };
+          return { words: groupName(model.at(members[0])[0], group), chip: name, count: members.length, colour: colourOf(members[0]) };
         });
       }
       default:
