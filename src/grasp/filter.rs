@@ -55,9 +55,10 @@ pub struct Judgement {
     /// Mean compliance of the elastic layer, from 0 to 1; `None` for an energy without one.
     #[serde(default)]
     pub compliance: Option<f64>,
-    /// Greatest compliance of a hand that holds ([`LayerSettings::most_compliance`](super::layer::LayerSettings::most_compliance)).
+    /// Whether the layer gives little enough under single loads
+    /// ([`LayerSettings::holds`](super::layer::LayerSettings::holds)); `None` for an energy without one.
     #[serde(default)]
-    pub most_compliance: Option<f64>,
+    pub withstands_loads: Option<bool>,
 }
 
 impl Judgement {
@@ -91,7 +92,7 @@ impl Judgement {
             (!self.one_concavity, "contacts in one concavity"),
             (self.force_closure, "no force closure"),
             (
-                self.compliance <= self.most_compliance,
+                self.withstands_loads != Some(false),
                 "gives way under loads",
             ),
         ];
@@ -271,6 +272,6 @@ fn judge_but_depth(energy: &GraspEnergy, grasp: &Grasp, posed: &PosedHand) -> Ju
         force_closure: is_force_closure(&point_contacts, STRICT_FRICTION),
         epsilon: epsilon(&point_contacts, &epsilon_settings).value,
         compliance: energy.compliance(&grasp.pose),
-        most_compliance: energy.most_compliance(),
+        withstands_loads: energy.withstands_loads(&grasp.pose),
     }
 }

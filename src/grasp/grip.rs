@@ -57,11 +57,11 @@ pub struct GripShares {
 impl Default for GripShares {
     fn default() -> Self {
         Self {
-            whole: 0.3,
-            digits: 0.15,
+            whole: 0.2,
+            digits: 0.2,
             quadpod: 0.2,
             tripod: 0.2,
-            pinch: 0.15,
+            pinch: 0.2,
             tips: 0.6,
         }
     }

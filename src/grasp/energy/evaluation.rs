@@ -5,8 +5,10 @@ use std::sync::PoisonError;
 use super::GraspEnergy;
 use super::near::NearSearch;
 use crate::grasp::contact::ContactSearch;
-use crate::grasp::layer::{NearSphere, NeighbourList};
-use crate::grasp::term::{Contact, Forces, NearPoint, Proximity, Scene, Stage, Term};
+use crate::grasp::layer::{LoadCompliance, NearSphere, NeighbourList};
+use crate::grasp::term::{
+    Contact, Forces, LayerCompliance, NearPoint, Proximity, Scene, Stage, Term,
+};
 use crate::hand::PosedHand;
 use crate::space::Space;
 use crate::space::joints_of;
@@ -227,6 +229,15 @@ impl<'a> Evaluation<'a> {
         self.memory.forces.reset(&self.energy.hand);
         let (scene, forces) = self.scene();
         term.add(&scene, forces)
+    }
+
+    /// How much the elastic layer gives under single loads.
+    pub(super) fn under_loads(&mut self, term: &LayerCompliance) -> LoadCompliance {
+        self.measure_layer();
+        self.memory.contact_free = None;
+        self.memory.forces.reset(&self.energy.hand);
+        let (scene, _) = self.scene();
+        term.under_loads(&scene)
     }
 
     /// The energy of an elastic layer, which has no contact set.

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::GraspEnergy;
 use crate::grasp::closure::PointContact;
 use crate::grasp::depth::deepest_m;
-use crate::grasp::layer::LayerSettings;
+use crate::grasp::layer::{LayerSettings, LoadCompliance};
 use crate::grasp::term::{LayerCompliance, point_contact};
 use crate::hand::PosedHand;
 
@@ -48,9 +48,19 @@ impl GraspEnergy {
         Some(self.at(x, |evaluation| evaluation.term(&term)))
     }
 
-    /// Greatest mean compliance of a hand that holds; `None` for an energy without a layer.
-    pub fn most_compliance(&self) -> Option<f64> {
-        self.settings.layer.map(|layer| layer.most_compliance)
+    /// How much the elastic layer gives under single loads at pose `x`; `None` for an energy without a layer.
+    pub fn load_compliance(&self, x: &[f64]) -> Option<LoadCompliance> {
+        let term = LayerCompliance {
+            settings: self.settings.layer?,
+        };
+        Some(self.at(x, |evaluation| evaluation.under_loads(&term)))
+    }
+
+    /// Whether the elastic layer gives little enough under single loads ([`LayerSettings::holds`]); `None` for an energy without
+    /// a layer.
+    pub fn withstands_loads(&self, x: &[f64]) -> Option<bool> {
+        let found = self.load_compliance(x)?;
+        Some(self.settings.layer?.holds(&found))
     }
 
     /// Greatest depth at pose `x` of hand or object in the other, metres; 0 without overlap ([`deepest_m`]).

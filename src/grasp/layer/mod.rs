@@ -20,7 +20,9 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3, Vector3};
 
-pub use compliance::{Compliance, ComplianceSettings, Node, mean_compliance};
+pub use compliance::{
+    Compliance, ComplianceSettings, LoadCompliance, Node, load_compliance, mean_compliance,
+};
 pub use neighbours::NeighbourList;
 pub use settings::LayerSettings;
 pub(crate) use settings::step;

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::compliance::LoadCompliance;
 use crate::limits::{ENERGY_SETTING, LAYER_SETTING, Limit, PATCH_SPACING, SHARE, SKIN};
 
 /// Settings of the energy of an elastic layer. Lengths are those of a hand, in metres. The compliance of a hand that has let
@@ -21,8 +22,10 @@ pub struct LayerSettings {
     pub torque_share: f64,
     /// Distance between the patches of a link over which the layer is averaged, metres.
     pub patch_spacing_m: f64,
-    /// Greatest mean compliance of a hand that holds, of 1 for a hand that has let go.
-    pub most_compliance: f64,
+    /// Greatest compliance under a force in any direction of a hand that holds, of 1 for a hand that has let go.
+    pub most_force_compliance: f64,
+    /// The same of the mean compliance under torques.
+    pub most_torque_compliance: f64,
     /// How far a test load moves an object that nothing holds, in the same unit of length.
     pub free_motion: f64,
     /// Rounding of the square root of the compliance, as a fraction of the compliance without contacts.
@@ -58,7 +61,8 @@ impl Default for LayerSettings {
             load: 1.0,
             torque_share: 0.1,
             patch_spacing_m: 0.025,
-            most_compliance: 0.1,
+            most_force_compliance: 0.15,
+            most_torque_compliance: 0.35,
             free_motion: 100.0,
             compliance_rounding: 0.01,
             skin_m: [0.003, -0.001],
@@ -90,6 +94,11 @@ pub(crate) fn step(s: f64, [zero, one]: [f64; 2]) -> (f64, f64) {
 }
 
 impl LayerSettings {
+    /// Whether a hand that gives so much holds.
+    pub fn holds(&self, found: &LoadCompliance) -> bool {
+        found.force <= self.most_force_compliance && found.torque <= self.most_torque_compliance
+    }
+
     /// The numbers by name and their limits.
     pub(crate) fn values(&self) -> Vec<(&'static str, Limit, f64)> {
         let divisor = |name, value| (name, LAYER_SETTING, value);
@@ -101,7 +110,16 @@ impl LayerSettings {
             divisor("layer.load", self.load),
             divisor("layer.torque_share", self.torque_share),
             ("layer.patch_spacing_m", PATCH_SPACING, self.patch_spacing_m),
-            ("layer.most_compliance", SHARE, self.most_compliance),
+            (
+                "layer.most_force_compliance",
+                SHARE,
+                self.most_force_compliance,
+            ),
+            (
+                "layer.most_torque_compliance",
+                SHARE,
+                self.most_torque_compliance,
+            ),
             divisor("layer.free_motion", self.free_motion),
             divisor("layer.compliance_rounding", self.compliance_rounding),
             ("layer.skin_m[0]", SKIN, self.skin_m[0]),

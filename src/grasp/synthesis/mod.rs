@@ -375,7 +375,7 @@ fn finish(
 /// Whether an end passes the strict filter and, if hands are pressed, is firm.
 fn is_grasp(energy: &GraspEnergy, refinement: Refinement, found: &Synthesized) -> bool {
     // A hand that gives needs no judgement.
-    energy.compliance(&found.refined.pose) <= energy.most_compliance()
+    energy.withstands_loads(&found.refined.pose) != Some(false)
         && passes_strict(energy, &found.refined)
         && (refinement != Refinement::Pressed
             || preload(energy, &found.refined.pose).is_sufficient())

@@ -3,7 +3,9 @@
 use nalgebra::Vector3;
 
 use super::{Forces, Scene, Stage, Term};
-use crate::grasp::layer::{ComplianceSettings, LayerSettings, Node, mean_compliance, step};
+use crate::grasp::layer::{
+    ComplianceSettings, LayerSettings, LoadCompliance, Node, load_compliance, mean_compliance, step,
+};
 
 /// Range of the cosine between the palmar side and the direction of the contact over which a sphere begins to carry.
 const PALMAR: [f64; 2] = [-0.5, 0.3];
@@ -66,6 +68,24 @@ struct Place {
 }
 
 impl LayerCompliance {
+    /// How much the layer gives under single loads.
+    pub(crate) fn under_loads(&self, scene: &Scene<'_>) -> LoadCompliance {
+        let (_, nodes) = nodes(scene, &self.carriers(scene));
+        let axes = scene.posed.object_from_link[0].rotation;
+        load_compliance(&nodes, &axes, &self.loads())
+    }
+
+    fn loads(&self) -> ComplianceSettings {
+        ComplianceSettings {
+            friction: self.settings.friction,
+            friction_rounding: self.settings.friction_rounding,
+            load: self.settings.load,
+            torque_share: self.settings.torque_share,
+            free_motion: self.settings.free_motion,
+            rounding: self.settings.compliance_rounding,
+        }
+    }
+
     fn carriers<'a>(&self, scene: &Scene<'a>) -> Vec<Carrier<'a>> {
         let layer = scene.layer;
         let mut carriers = Vec::new();
@@ -106,6 +126,45 @@ impl LayerCompliance {
     }
 }
 
+/// The nodes that carry.
+fn nodes(scene: &Scene<'_>, carriers: &[Carrier<'_>]) -> (Vec<Place>, Vec<Node>) {
+    let layer = scene.layer;
+    let mut sums = vec![Sums::default(); layer.nodes];
+    for carrier in carriers {
+        for &(node, hat) in &layer.spheres[carrier.near.sphere as usize].nodes {
+            let sum = &mut sums[node as usize];
+            let weight = hat * carrier.weight;
+            sum.weight += weight;
+            sum.arm += carrier.arm * weight;
+            sum.normal += carrier.inward * weight;
+        }
+    }
+    let mut places = Vec::new();
+    let mut nodes = Vec::new();
+    for (k, sum) in sums.iter().enumerate() {
+        if sum.weight <= LEAST_WEIGHT {
+            continue;
+        }
+        let length = sum.normal.norm();
+        let (directed, directed_slope) = step(length / sum.weight, DIRECTED);
+        if directed > 0.0 {
+            places.push(Place {
+                node: k,
+                weight: sum.weight,
+                length,
+                directed,
+                directed_slope,
+            });
+            nodes.push(Node {
+                stiffness: sum.weight * directed,
+                arm: sum.arm / sum.weight,
+                inward_normal: sum.normal / length,
+            });
+        }
+    }
+    (places, nodes)
+}
+
 impl Term for LayerCompliance {
     fn name(&self) -> &'static str {
         "compliance"
@@ -122,47 +181,8 @@ impl Term for LayerCompliance {
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {
         let layer = scene.layer;
         let carriers = self.carriers(scene);
-        let mut sums = vec![Sums::default(); layer.nodes];
-        for carrier in &carriers {
-            for &(node, hat) in &layer.spheres[carrier.near.sphere as usize].nodes {
-                let sum = &mut sums[node as usize];
-                let weight = hat * carrier.weight;
-                sum.weight += weight;
-                sum.arm += carrier.arm * weight;
-                sum.normal += carrier.inward * weight;
-            }
-        }
-        let mut places = Vec::new();
-        let mut nodes = Vec::new();
-        for (k, sum) in sums.iter().enumerate() {
-            if sum.weight <= LEAST_WEIGHT {
-                continue;
-            }
-            let length = sum.normal.norm();
-            let (directed, directed_slope) = step(length / sum.weight, DIRECTED);
-            if directed > 0.0 {
-                places.push(Place {
-                    node: k,
-                    weight: sum.weight,
-                    length,
-                    directed,
-                    directed_slope,
-                });
-                nodes.push(Node {
-                    stiffness: sum.weight * directed,
-                    arm: sum.arm / sum.weight,
-                    inward_normal: sum.normal / length,
-                });
-            }
-        }
-        let settings = ComplianceSettings {
-            friction: self.settings.friction,
-            friction_rounding: self.settings.friction_rounding,
-            load: self.settings.load,
-            torque_share: self.settings.torque_share,
-            free_motion: self.settings.free_motion,
-            rounding: self.settings.compliance_rounding,
-        };
+        let (places, nodes) = nodes(scene, &carriers);
+        let settings = self.loads();
         let axes = scene.posed.object_from_link[0].rotation;
         let found = mean_compliance(&nodes, &axes, &settings);
         let scale = self.weight();

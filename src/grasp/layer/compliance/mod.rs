@@ -6,6 +6,7 @@
 )]
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::grasp::layer::cone::{Cone, Potential};
 use crate::grasp::layer::factors::{Factors, Lower, multiple};
@@ -477,6 +478,60 @@ pub fn mean_compliance(
         by_arm: vectors(1),
         by_normal: vectors(4),
         by_rotation: by_rotation / free,
+    }
+}
+
+/// How much an elastic layer gives under single loads, of 1 for a hand that has let go.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct LoadCompliance {
+    /// The greatest under a force on the object's centroid, over 14 directions.
+    pub force: f64,
+    /// The mean under a torque, over 14 directions.
+    pub torque: f64,
+}
+
+/// The compliance of `nodes` under single loads: forces and torques along ± each of the `axes` and the diagonals between
+/// them.
+///
+/// ```text
+/// c(v) = (√(C(v) + c) − √c) / (√(C₀(v) + c) − √c)
+/// ```
+///
+/// with the C of [`mean_compliance`]. That mean hides a single direction in which a hand does not hold; the greatest over
+/// forces shows it. Of torques the mean is taken, since hardly any hand resists the torque about the axis of a thin rod.
+pub fn load_compliance(
+    nodes: &[Node],
+    axes: &Matrix3<f64>,
+    settings: &ComplianceSettings,
+) -> LoadCompliance {
+    let cone = Cone::new(settings.friction, settings.friction_rounding);
+    let support = settings.load / settings.free_motion;
+    let groups: Vec<Group> = nodes.chunks(LANES).map(Group::of).collect();
+    let mut stuck = multiple(support);
+    for node in nodes {
+        add_stuck(&mut stuck, node.stiffness, &node.arm);
+    }
+    let stuck = Factors::of(&stuck);
+    let c = settings.rounding * 0.5 * settings.load * settings.free_motion;
+    let root = |compliance: f64| (compliance.max(0.0) + c).sqrt() - c.sqrt();
+    let diagonals = DIRECTIONS.map(|direction| Vector3::from(direction) / 3.0_f64.sqrt());
+    let along = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let directions = along.into_iter().chain(diagonals);
+    let directions: Vec<_> = directions.flat_map(|u| [axes * u, -(axes * u)]).collect();
+    let under = |first: usize, size: f64| {
+        let free = root(0.5 * size * size / support);
+        let (groups, stuck, cone) = (&groups, &stuck, &cone);
+        directions.iter().map(move |direction| {
+            let mut load = [0.0; 6];
+            load[first..first + 3].copy_from_slice((direction * size).as_slice());
+            let start = stuck.as_ref().map_or([0.0; 6], |s| s.solve(&load));
+            root(maximise(groups, &load, start, support, cone).1) / free
+        })
+    };
+    let torques = under(3, settings.load * settings.torque_share);
+    LoadCompliance {
+        force: under(0, settings.load).fold(0.0, f64::max),
+        torque: torques.sum::<f64>() / directions.len() as f64,
     }
 }
 

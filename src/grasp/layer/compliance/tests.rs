@@ -83,6 +83,26 @@ fn derivatives() {
     }
 }
 
+/// Pads of one side do not pull, and two pads do not resist a torque about the line between them.
+#[test]
+fn single_loads_show_where_a_hand_does_not_hold() {
+    let pad = |x: f64, y: f64| Node {
+        stiffness: 5.0,
+        arm: Vector3::new(x, y, 0.0),
+        inward_normal: Vector3::new(-x, -y, 0.0),
+    };
+    let found = |nodes: &[Node]| load_compliance(nodes, &Matrix3::identity(), &SETTINGS);
+    let free = found(&[]);
+    assert!((free.force - 1.0).abs() < 1e-9 && (free.torque - 1.0).abs() < 1e-9);
+    let one_side = found(&[pad(1.0, 0.0)]);
+    assert!(one_side.force > 0.99, "{one_side:?}");
+    let two = found(&[pad(1.0, 0.0), pad(-1.0, 0.0)]);
+    let half = 0.75_f64.sqrt();
+    let three = found(&[pad(1.0, 0.0), pad(-0.5, half), pad(-0.5, -half)]);
+    assert!(three.force < two.force && two.force < 0.3, "{two:?} {three:?}");
+    assert!(three.torque < 0.5 * two.torque, "{two:?} {three:?}");
+}
+
 /// Strong duality: the least energy of forces in their cones, found by projected gradient steps on the first form, is
 /// the maximum of the second.
 #[test]
