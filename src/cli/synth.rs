@@ -182,10 +182,16 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
             None => format!("the preset {}", command.preset),
         };
         let synthesis = &settings.experiment.synthesis;
+        let work = match synthesis.sampler {
+            Sampler::Descent => format!("up to {} descents", synthesis.steps),
+            _ => format!(
+                "up to {} attempts in {} steps",
+                synthesis.attempts, synthesis.steps
+            ),
+        };
         format!(
-            "energy and sampler are {chosen}; each of {} chains makes up to {} attempts in {} steps and is kept if it passes \
-             the filter `{:?}`",
-            settings.chains, synthesis.attempts, synthesis.steps, settings.keep
+            "energy and sampler are {chosen}; each of {} chains makes {work} and is kept if it passes the filter `{:?}`",
+            settings.chains, settings.keep
         )
     });
     let fingerprint = origin.fingerprint(&energy, &settings)?;
@@ -414,14 +420,12 @@ fn settings(command: &Synth, common: &Common) -> anyhow::Result<PopulationSettin
     };
     if let Some(steps) = command.steps {
         within("--steps", STEPS, steps.into())?;
-        // A shorter chain makes fewer attempts of the same length, and a longer one of descents more.
         let synthesis = &mut experiment.synthesis;
-        let of_an_attempt = (synthesis.steps / synthesis.attempts.max(1)).max(1);
-        let most = match synthesis.sampler {
-            Sampler::Descent => u32::MAX,
-            Sampler::Annealed | Sampler::Released => synthesis.attempts,
-        };
-        synthesis.attempts = most.min(steps / of_an_attempt).max(1);
+        // A shorter chain of walks makes fewer attempts of the same length.
+        if synthesis.sampler != Sampler::Descent {
+            let of_an_attempt = (synthesis.steps / synthesis.attempts.max(1)).max(1);
+            synthesis.attempts = synthesis.attempts.min(steps / of_an_attempt).max(1);
+        }
         synthesis.steps = steps;
     }
     if command.keep == KeepName::Firm {

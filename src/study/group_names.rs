@@ -19,8 +19,8 @@ use crate::topography::Minimum;
 const AGREED: f64 = 2.0 / 3.0;
 /// How many times as long as wide an object has ends.
 const ELONGATED: f64 = 1.3;
-/// Cosine of the angle of 30° within which the thumb lies along the object.
-const ALONG: f64 = 0.866;
+/// Sine of the angle of 30° to the cross section of the object within which the thumb lies across it.
+const ACROSS: f64 = 0.5;
 /// Share of the half length beyond which contacts are at an end.
 const END: f64 = 1.0 / 3.0;
 
@@ -78,7 +78,7 @@ pub(super) fn group_names(mapped: &Mapped<'_>, energy: &GraspEnergy) -> Vec<Grou
             }
         }
         let touching = contact_regions(hand, object, x);
-        let centre = energy.contact_centre(x, &minimum.choice);
+        let centre = energy.contact_centre(x, &energy.contacts(x));
         let thumb = axis.as_ref().zip(anatomy.as_ref()).map(|(axis, anatomy)| {
             let mut posed = PosedHand::default();
             hand.pose(x, &mut posed);
@@ -222,7 +222,7 @@ impl LongAxis {
     /// Where the side of the thumb points.
     fn thumb(&self, radial: &Vector3<f64>) -> String {
         let along = radial.dot(&self.direction);
-        if along.abs() < ALONG {
+        if along.abs() < ACROSS {
             return "across".to_owned();
         }
         self.end(along > 0.0, ["up", "down"])

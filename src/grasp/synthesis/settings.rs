@@ -146,7 +146,7 @@ impl SynthesisSettings {
             sampler: Sampler::Descent,
             grips: Some(GripShares::default()),
             start_candidates: 1,
-            steps: 18,
+            steps: 24,
             attempts: 1,
             ..Self::four_points()
         }

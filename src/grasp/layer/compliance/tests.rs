@@ -99,7 +99,10 @@ fn single_loads_show_where_a_hand_does_not_hold() {
     let two = found(&[pad(1.0, 0.0), pad(-1.0, 0.0)]);
     let half = 0.75_f64.sqrt();
     let three = found(&[pad(1.0, 0.0), pad(-0.5, half), pad(-0.5, -half)]);
-    assert!(three.force < two.force && two.force < 0.3, "{two:?} {three:?}");
+    assert!(
+        three.force < two.force && two.force < 0.3,
+        "{two:?} {three:?}"
+    );
     assert!(three.torque < 0.5 * two.torque, "{two:?} {three:?}");
 }
 
