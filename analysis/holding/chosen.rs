@@ -44,7 +44,7 @@ fn main() -> Result<(), Failure> {
          that were made for this choice (`analysis/holding/objects`), by `cargo run --release --example holding_chosen`. Both \
          simulations have friction 0.25.\n\n\
          | friction | torque | force at most | torque at most | grasps | hold in the drop test, % | hold when pushed, % | not power, % | \
-         precision, % |\n|---|---|---|---|---|---|---|---|---|\n",
+         precision, % | of no type, % |\n|---|---|---|---|---|---|---|---|---|---|\n",
         objects.len()
     );
     for [friction, torque] in TRIED {
@@ -75,8 +75,10 @@ fn main() -> Result<(), Failure> {
                 .filter(|row| row.holds && row.withstands)
                 .count();
             println!(
-                "{friction} {torque} {name}: {} of {CHAINS} kept, {held} hold",
-                found.rows.len()
+                "{friction} {torque} {name}: {} of {} kept in {:.0} s, {held} hold",
+                found.rows.len(),
+                found.chains,
+                found.seconds
             );
             rows.extend(found.rows);
         }
@@ -88,12 +90,13 @@ fn main() -> Result<(), Failure> {
             };
             writeln!(
                 table,
-                "| {friction} | {torque} | {force} | {turn} | {} | {} | {} | {} | {} |",
+                "| {friction} | {torque} | {force} | {turn} | {} | {} | {} | {} | {} | {} |",
                 rows.len(),
                 share(|row| row.holds),
                 share(|row| row.withstands),
                 share(|row| row.category != "power"),
                 share(|row| row.category == "precision"),
+                share(|row| row.label == "unlisted"),
             )?;
         }
     }

@@ -97,6 +97,8 @@ fn report(found: &[(String, Outcome)]) -> Result<String, Failure> {
             100.0 * high
         )
     };
+    let mut forces: Vec<f64> = rows().map(|row| row.gives.force).collect();
+    forces.sort_by(f64::total_cmp);
     let chains_told = usize::try_from(chains)?;
     let [low, high] = interval(kept as f64, chains as f64);
     let mut text = format!(
@@ -107,6 +109,7 @@ fn report(found: &[(String, Outcome)]) -> Result<String, Failure> {
          | grasps that hold in the drop test | {} |\n\
          | grasps that hold when pushed in six directions | {} |\n\
          | power | {} |\n| precision | {} |\n| intermediate | {} |\n| of no type | {} |\n\
+         | compliance under the worst force, median | {:.3} |\n\
          | seconds for an object, mean | {:.2} |\n\n\
          ![Distributions](thousand_objects.png)\n\n## The worst\n\n\
          | object | kept | hold | hold when pushed |\n|---|---|---|---|\n",
@@ -120,6 +123,7 @@ fn report(found: &[(String, Outcome)]) -> Result<String, Failure> {
         told(|row| row.category == "precision"),
         told(|row| row.category == "intermediate"),
         told(|row| row.label == "unlisted"),
+        forces.get(kept / 2).copied().unwrap_or(f64::NAN),
         seconds / found.len().max(1) as f64,
     );
     let holding = |one: &Outcome| one.rows.iter().filter(|row| row.holds).count();
