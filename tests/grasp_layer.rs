@@ -5,7 +5,7 @@ use std::sync::Arc;
 use landscape::energy::Energy;
 use landscape::grasp::layer::LayerSettings;
 use landscape::grasp::{EnergySettings, GraspEnergy};
-use landscape::hand::PosedHand;
+use landscape::hand::{Joint, PosedHand};
 use landscape::object::Object;
 use landscape::optimize::{QuenchSettings, quench};
 use landscape::sample::{Rng, Task, stream};
@@ -212,7 +212,7 @@ fn the_gradient_of_a_layer_is_continuous() {
 }
 
 /// At minima, differences of the energy and of the gradient converge with their step, and the matrix of second derivatives is
-/// symmetric.
+/// symmetric. Where the rounded hinge of a joint limit begins, second derivatives jump, so minima beside such a place do not count.
 #[test]
 fn derivatives_at_minima_converge() {
     let committed = "data/grasps.parquet".as_ref();
@@ -220,7 +220,8 @@ fn derivatives_at_minima_converge() {
     let energy = GraspEnergy::new(HAND.clone(), BOTTLE.clone(), EnergySettings::closed()).unwrap();
     let space = energy.space();
     let mut rng = stream(5, Task::Start, 0);
-    for row in file.grasps.iter().step_by(100) {
+    let mut tested = 0;
+    for row in file.grasps.iter().step_by(50) {
         let name = row.id;
         let minimum = landscape::optimize::quench(
             &energy,
@@ -228,6 +229,22 @@ fn derivatives_at_minima_converge() {
             &QuenchSettings::default(),
         )
         .x;
+        let rounding_rad = energy.settings().joint_limits_rounding_rad;
+        let begins = |joint: &Joint, angle: f64| {
+            let [low, high] = [
+                joint.limits_rad[0] + rounding_rad,
+                joint.limits_rad[1] - rounding_rad,
+            ];
+            (angle - low).abs().min((angle - high).abs()) < 2e-3
+        };
+        let angles = HAND.joints.iter().zip(&minimum[7..]);
+        if angles
+            .into_iter()
+            .any(|(joint, angle)| begins(joint, *angle))
+        {
+            continue;
+        }
+        tested += 1;
         let slope = |x: &[f64]| {
             let mut gradient = vec![0.0; space.tangents()];
             let value = energy.evaluate(x, &mut gradient);
@@ -272,4 +289,5 @@ fn derivatives_at_minima_converge() {
             "grasp {name}: {one} {other} of {size}"
         );
     }
+    assert!(tested >= 4, "{tested}");
 }
