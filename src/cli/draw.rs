@@ -14,7 +14,7 @@ use crate::cli::printing::{complain, print_wrote};
 use crate::figure::Leaf;
 use crate::store::{FileSet, MinimumRow, read_attempts};
 use crate::study::{
-    Colouring, Drawing, GroupName, MinimumNames, MinimumValues, Quantities, Titles, Views, group_of,
+    Colouring, Drawing, MinimumNames, MinimumValues, Quantities, Titles, Views, group_of,
 };
 use crate::topography::{Evidence, MinimumId, Tree};
 
@@ -162,11 +162,6 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
         views,
         quantities: quantities(command, &files.minima)?,
         examples,
-        group_names: if group_barrier.is_none() {
-            GroupName::of(&files.manifest)
-        } else {
-            Vec::new()
-        },
     };
     let _made = make_folder(&output)?;
     let mut outputs = FileSet::default();

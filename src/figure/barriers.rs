@@ -53,8 +53,6 @@ pub struct BarrierPicture {
     pub energy_label: String,
     /// Plural noun for the members that the circles count.
     pub members_label: String,
-    /// Names of the largest groups for the legend, one line of text each; none by default.
-    pub names: Vec<String>,
     /// Seed of the layout. It matters only if the layout is ambiguous.
     pub seed: u64,
     /// Width and height in canvas units.
@@ -105,7 +103,6 @@ impl BarrierPicture {
             title: String::new(),
             energy_label: "energy".to_owned(),
             members_label: "members".to_owned(),
-            names: Vec::new(),
             seed: 0,
             size: [1200, 860],
         }
@@ -279,12 +276,6 @@ impl BarrierPicture {
         }
         if links.iter().any(|link| link.evidence > Evidence::Path) {
             legend.line(dashed(LINE, TYPICAL_WIDTH), "upper bound");
-        }
-        if !self.names.is_empty() {
-            legend.heading("largest groups");
-            for name in &self.names {
-                legend.note(name);
-            }
         }
         legend
     }

@@ -39,8 +39,6 @@ pub struct DisconnectivityPicture {
     pub members_label: String,
     /// Text in the legend about trees that are not connected to each other.
     pub apart: String,
-    /// Names of the largest groups for the legend, one line of text each; none by default.
-    pub names: Vec<String>,
     /// Support of each node of the tree ([`Searched::support`](crate::topography::Searched::support)); `None` marks a merge as
     /// not searched. No marks are drawn if this is empty.
     pub support: Vec<Option<f64>>,
@@ -76,7 +74,6 @@ impl DisconnectivityPicture {
             energy_label: "energy".to_owned(),
             members_label: "members".to_owned(),
             apart: "apart: not connected".to_owned(),
-            names: Vec::new(),
             support: Vec::new(),
             size: [1200, 860],
             place_by: None,
@@ -214,12 +211,6 @@ impl DisconnectivityPicture {
             legend.heading("support");
             for (_, fill, text) in SUPPORT {
                 legend.disc(6.0, fill, text);
-            }
-        }
-        if !self.names.is_empty() {
-            legend.heading("largest groups");
-            for name in &self.names {
-                legend.note(name);
             }
         }
         legend

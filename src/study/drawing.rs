@@ -1,11 +1,9 @@
 //! Pictures and text files of a network and its tree, with views applied.
 
-use std::cmp::Reverse;
 use std::fmt::Write as _;
 
 use super::digits::significant;
 use super::error::StudyError;
-use super::group_names::GroupName;
 use crate::figure::layout::collapse;
 use crate::figure::{BarrierPicture, DisconnectivityPicture, Leaf, LeafValues, Picture, group};
 use crate::store::{Manifest, StoreError};
@@ -121,8 +119,6 @@ pub struct Drawing<'a> {
     pub quantities: Quantities,
     /// Pictures of some minima, drawn below the disconnectivity graph of the groups.
     pub examples: Vec<(MinimumId, Picture)>,
-    /// Names of the groups, which legends tell of the largest; empty if unknown.
-    pub group_names: Vec<GroupName>,
 }
 
 /// Quantities of the minima that a disconnectivity graph shows beside the energy; one value for each minimum.
@@ -226,9 +222,6 @@ const PRUNED: usize = 400;
 
 /// Greatest number of groups or minima that are named in pictures, as in `inspect --path g0 g4`. More names would hide them.
 pub(super) const MOST_NAMED: usize = 60;
-
-/// Number of groups whose names a legend tells.
-const NAMED_IN_LEGEND: usize = 5;
 
 struct Shown<'a> {
     resolution: Resolution,
@@ -433,7 +426,6 @@ impl Drawing<'_> {
         tree.place_by = quantities.place_by;
         tree.colour_by = quantities.colour_by;
         tree.size = [Self::WIDTH, 900];
-        tree.names = self.names(shown.resolution);
         self.titles.energy.clone_into(&mut tree.energy_label);
         self.titles.members.clone_into(&mut tree.members_label);
         tree
@@ -444,24 +436,10 @@ impl Drawing<'_> {
         let mut graph = BarrierPicture::new(network.as_ref().unwrap_or(shown.network));
         graph.leaves = leaves_shown(shown, view);
         graph.title = title;
-        graph.names = self.names(shown.resolution);
         self.titles.energy.clone_into(&mut graph.energy_label);
         self.titles.members.clone_into(&mut graph.members_label);
         graph.seed = self.titles.seed;
         graph
-    }
-}
-
-impl Drawing<'_> {
-    /// The names of the largest groups, in lines that fit a legend; none where minima are shown.
-    fn names(&self, resolution: Resolution) -> Vec<String> {
-        let mut largest: Vec<&GroupName> = self.group_names.iter().collect();
-        largest.sort_by_key(|name| (Reverse(name.grasps), name.group));
-        let largest = largest.into_iter().take(NAMED_IN_LEGEND);
-        match resolution {
-            Resolution::Groups => largest.flat_map(GroupName::lines).collect(),
-            Resolution::Minima => Vec::new(),
-        }
     }
 }
 

@@ -13,7 +13,6 @@ use crate::evaluation::taxonomy::{Anatomy, Labeller, Rule, Verdict};
 use crate::grasp::GraspEnergy;
 use crate::hand::{Hand, PosedHand};
 use crate::object::Object;
-use crate::store::Manifest;
 use crate::topography::Minimum;
 
 /// Share of the grasps of a group that must agree on a direction or a place, so that it becomes part of the name.
@@ -46,32 +45,6 @@ pub struct GroupName {
     pub thumb: Option<String>,
     /// The end of a long object at which the contacts are, if two thirds of the grasps agree.
     pub place: Option<String>,
-}
-
-impl GroupName {
-    /// The names in the manifest of a landscape; none if it has none.
-    pub fn of(manifest: &Manifest) -> Vec<Self> {
-        let names = manifest.findings.get("group_names").cloned();
-        names
-            .and_then(|names| serde_json::from_value(names).ok())
-            .unwrap_or_default()
-    }
-
-    /// The number and the label, then the rest of the name: lines that fit the legend of a picture.
-    pub(super) fn lines(&self) -> Vec<String> {
-        let group = format!("g{}", self.group);
-        let rest = match (&self.label, self.name.split_once(", ")) {
-            (Some(_), Some((_, rest))) => rest,
-            (Some(_), None) => "",
-            (None, _) => &self.name,
-        };
-        let first = match &self.label {
-            Some(label) => format!("{group} {label}"),
-            None => group,
-        };
-        let rest = (!rest.is_empty()).then(|| format!("     {rest}"));
-        [Some(first), rest].into_iter().flatten().collect()
-    }
 }
 
 /// What is told of one minimum.

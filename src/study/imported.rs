@@ -217,7 +217,6 @@ impl<'a> ImportedLandscape<'a> {
             views: Views::default(),
             quantities: Quantities::default(),
             examples: Vec::new(),
-            group_names: Vec::new(),
         };
         drawing.write(&mut |name, bytes| folder.write(name, bytes))
     }

@@ -8,7 +8,6 @@ use serde_json::Value;
 
 use super::drawing::{Drawing, Quantities, Titles, Views};
 use super::error::StudyError;
-use super::group_names::GroupName;
 use super::uncertainty::Uncertainty;
 use super::ways::Way;
 use super::{json, median, tally};
@@ -169,7 +168,6 @@ impl Mapped<'_> {
         titles: &Titles,
         views: Views,
         database: &Database,
-        group_names: &[GroupName],
         folder: &AtomicFolder,
     ) -> Result<(), StudyError> {
         let network = &self.landscape.network;
@@ -190,7 +188,6 @@ impl Mapped<'_> {
             views,
             quantities: Quantities::default(),
             examples: Vec::new(),
-            group_names: group_names.to_vec(),
         };
         drawing.write(&mut |name, bytes| folder.write(name, bytes))
     }

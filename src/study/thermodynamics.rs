@@ -209,7 +209,6 @@ impl<'a> Thermodynamics<'a> {
             views: Views::default(),
             quantities: Quantities::default(),
             examples: Vec::new(),
-            group_names: Vec::new(),
         };
         drawing.write(put)?;
         let text = printable(&self.summary(), &['\n', '\t']).into_owned();
