@@ -121,11 +121,11 @@ impl Parts {
         let checked = check_gradient(energy, &points, step);
         self.asked.check()?;
         checked.map_err(|fault| Failure::Gradient(Box::new(fault)))?;
-        if let Coordinates::Symmetric { generators, .. } = &self.kind {
-            let proceed = || self.asked.check();
-            if let Some(broken) = broken_symmetry(generators, energy, &points, proceed)? {
-                return Err(Failure::Input(format!("symmetries: {broken}")));
-            }
+        if let Coordinates::Symmetric { generators, .. } = &self.kind
+            && let Some(broken) =
+                broken_symmetry(generators, energy, &points, || self.asked.check())?
+        {
+            return Err(Failure::Input(format!("symmetries: {broken}")));
         }
         if self.kind == Coordinates::Box {
             // Searches in a box ask for gradients only.

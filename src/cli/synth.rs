@@ -160,6 +160,26 @@ const ADVICE: &str = "\
 note: strict grasps close and balance, but are not squeezed: many fall in the drop test. `landscape stability` tells which \
 hold; `--keep firm` makes grasps that press.";
 
+/// Which settings are used, and how much work a chain does.
+fn plan(command: &Synth, settings: &PopulationSettings) -> String {
+    let chosen = match &command.config {
+        Some(path) => format!("from {}", path.display()),
+        None => format!("the preset {}", command.preset),
+    };
+    let synthesis = &settings.experiment.synthesis;
+    let work = match synthesis.sampler {
+        Sampler::Descent => format!("up to {} descents", synthesis.steps),
+        _ => format!(
+            "up to {} attempts in {} steps",
+            synthesis.attempts, synthesis.steps
+        ),
+    };
+    format!(
+        "energy and sampler are {chosen}; each of {} chains makes {work} and is kept if it passes the filter `{:?}`",
+        settings.chains, settings.keep
+    )
+}
+
 pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     let mut settings = settings(command, common)?;
     let (origin, notes) = origin(command, common)?;
@@ -176,24 +196,7 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         input::warn(&of_size.collect::<Vec<_>>());
         warn_of_inputs(command, &energy, notes);
     }
-    explain(|| {
-        let chosen = match &command.config {
-            Some(path) => format!("from {}", path.display()),
-            None => format!("the preset {}", command.preset),
-        };
-        let synthesis = &settings.experiment.synthesis;
-        let work = match synthesis.sampler {
-            Sampler::Descent => format!("up to {} descents", synthesis.steps),
-            _ => format!(
-                "up to {} attempts in {} steps",
-                synthesis.attempts, synthesis.steps
-            ),
-        };
-        format!(
-            "energy and sampler are {chosen}; each of {} chains makes {work} and is kept if it passes the filter `{:?}`",
-            settings.chains, settings.keep
-        )
-    });
+    explain(|| plan(command, &settings));
     let fingerprint = origin.fingerprint(&energy, &settings)?;
     if let Some(worker) = command.share.worker()? {
         let (output, quiet) = (&command.output, common.quiet);

@@ -195,11 +195,10 @@ pub(super) fn start(
     let checked = check_gradient(energy, &points, step);
     check(&external)?;
     checked?;
-    if let study::Coordinates::Symmetric { generators, .. } = &kind {
-        if let Some(broken) = broken_symmetry(generators, &external, &points, || check(&external))?
-        {
-            bail!("--symmetries: {broken}");
-        }
+    if let study::Coordinates::Symmetric { generators, .. } = &kind
+        && let Some(broken) = broken_symmetry(generators, &external, &points, || check(&external))?
+    {
+        bail!("--symmetries: {broken}");
     }
     Ok(external)
 }

@@ -251,7 +251,7 @@ fn walk(
                 evaluations: 0,
             }
         }
-        Sampler::Descent => descend_roughly(energy, start, observe),
+        Sampler::Descent => descend_roughly(energy, &start, observe),
         Sampler::Released => {
             let mut chain = released::Chain::new(energy, start);
             chain.run(settings, schedule.steps, rng, observe);
@@ -276,12 +276,12 @@ const ROUGH_EVALUATIONS: usize = 500;
 /// Longest step of this descent, metres: no digit passes through a thin wall in one step.
 const LONGEST_STEP_M: f64 = 0.02;
 
-fn descend_roughly(energy: &GraspEnergy, start: State, observe: Observe<'_>) -> End {
+fn descend_roughly(energy: &GraspEnergy, start: &State, observe: Observe<'_>) -> End {
     let rough = QuenchSettings::default()
         .with_gradient_tolerance(ROUGH_TOLERANCE)
         .with_max_evaluations(ROUGH_EVALUATIONS)
         .with_max_step(LONGEST_STEP_M);
-    observe(0, &start);
+    observe(0, start);
     let end = optimize::quench(energy, &start.coordinates, &rough);
     let raw = State {
         discrete: energy.contacts(&end.x),
