@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release --example thousand_objects -- OBJECTS FOLDER [COUNT]` makes twelve chains of the human hand on each of
 //! the random objects in OBJECTS, labels what passes the strict filter, and judges it with both simulations. OBJECTS is the
-//! folder `random_urdfs` of `pybullet_data`, which the Python package `pybullet` of PyPI installs: it holds 1,000 objects, each
+//! folder `random_urdfs` of `pybullet_data`, which the Python package `pybullet` installs: it holds 1,000 objects, each
 //! in a folder of its number with an OBJ file and a URDF file that tells its scale. COUNT takes evenly spaced ones only.
 //! Everything that is in FOLDER already is kept, so that an interrupted run goes on.
 
