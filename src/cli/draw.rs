@@ -78,6 +78,8 @@ pub(super) struct Draw {
 enum Differences {
     /// Power, intermediate, precision.
     Category,
+    /// The 33 types; of a grasp that several types fit about equally, the cell or the category.
+    Type,
     /// Power grasps of spheres, disks and cylinders, and precision grasps.
     Power,
     /// Sphere grasps, tripods and quadpods.
@@ -88,6 +90,7 @@ impl From<Differences> for Colouring {
     fn from(differences: Differences) -> Self {
         match differences {
             Differences::Category => Self::Category,
+            Differences::Type => Self::Type,
             Differences::Power => Self::Power,
             Differences::Spheres => Self::Spheres,
         }
@@ -102,6 +105,7 @@ Examples:
   landscape draw grasps.landscape --pick m0,m4,m31 -o three
   landscape draw grasps.landscape --stability grasps.stability.parquet
   landscape draw grasps.landscape --colour category --examples 8
+  landscape draw grasps.landscape --colour type            a colour and a symbol for each grasp type
   landscape draw muller-brown.landscape --place-by x0      a metric disconnectivity graph, over the first coordinate
   landscape draw lj-38.landscape --values q4.csv --place-by q4 --colour-by energy
 

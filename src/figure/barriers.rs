@@ -6,10 +6,10 @@ use super::axis::Span;
 use super::canvas::Canvas;
 use super::layout::place_in;
 use super::leaf::{
-    DiscScale, Leaf, draw_title, explain_labels, explain_sizes, label_colours, leaves_of,
-    most_members,
+    DiscScale, LEAST_SYMBOL, Leaf, Looks, draw_title, explain_sizes, leaves_of, most_members,
 };
 use super::legend::Legend;
+use super::look::{Key, Look};
 use super::style::{Anchor, Colour, Stroke, TextFace};
 use super::theme::{INK, LINE, MARGIN, PALE_LINE, TEXT, UNLABELLED, WHITE, sequential};
 use super::{FigureError, axis, text_width};
@@ -45,6 +45,8 @@ pub struct BarrierPicture {
     pub energies: Vec<f64>,
     /// Description of each minimum. Energy colours the circles if no minimum has a label.
     pub leaves: Vec<Leaf>,
+    /// Looks of known labels.
+    pub key: Key,
     /// The connections.
     pub links: Vec<Link>,
     /// Title; empty for none.
@@ -99,6 +101,7 @@ impl BarrierPicture {
                 .map(|minimum| minimum.energy)
                 .collect(),
             leaves: leaves_of(network),
+            key: Key::default(),
             links: links.collect(),
             title: String::new(),
             energy_label: "energy".to_owned(),
@@ -228,7 +231,11 @@ impl BarrierPicture {
         let total: usize = self.leaves.iter().map(|leaf| leaf.members.max(1)).sum();
         let most = most_members(&self.leaves);
         let one = (0.06 * area / (std::f64::consts::PI * total.max(1) as f64)).sqrt();
-        DiscScale::by_members(one.clamp(3.0, 16.0).min(40.0 / most.sqrt()))
+        let scale = DiscScale::by_members(one.clamp(3.0, 16.0).min(40.0 / most.sqrt()));
+        if Looks::of(&self.leaves, &self.key).have_symbols() {
+            return scale.at_least(LEAST_SYMBOL);
+        }
+        scale
     }
 
     /// The range of the energies of minima; empty if they differ by rounding only, compared with the links.
@@ -250,10 +257,10 @@ impl BarrierPicture {
 
     fn legend(&self, links: &[Link], widths: &Widths, scale: DiscScale) -> Legend {
         let mut legend = Legend::default();
-        let labelled = self.leaves.iter().any(|leaf| leaf.label.is_some());
-        explain_labels(&self.leaves, LABEL_RADIUS, &mut legend);
+        let looks = Looks::of(&self.leaves, &self.key);
+        looks.explain(LABEL_RADIUS, &mut legend);
         let Span { low, high } = self.energy_range();
-        if !labelled && high > low {
+        if looks.is_empty() && high > low {
             legend.heading(&self.energy_label);
             legend.bar(low, high);
         }
@@ -287,24 +294,16 @@ impl BarrierPicture {
         radii: &[f64],
         frame: [[f64; 2]; 2],
     ) {
-        let colours = label_colours(&self.leaves);
+        let looks = Looks::of(&self.leaves, &self.key);
         let range = self.energy_range();
-        let fill = |node: usize| -> Colour {
-            let leaf = &self.leaves[node];
-            match (&leaf.label, colours.is_empty()) {
-                (Some(label), _) => colours
-                    .iter()
-                    .find(|(name, _)| name == label)
-                    .map_or(UNLABELLED, |(_, colour)| *colour),
-                (None, true) if range.high > range.low => {
-                    sequential(range.part(self.energies[node]))
-                }
-                _ => UNLABELLED,
-            }
-        };
         for (node, (&point, &radius)) in points.iter().zip(radii).enumerate() {
-            canvas.circle(point, radius + 3.0, WHITE);
-            canvas.rimmed_circle(point, radius, fill(node), LINE, 1.2);
+            let look = if looks.is_empty() && range.high > range.low {
+                Look::disc(sequential(range.part(self.energies[node])))
+            } else {
+                looks.look(&self.leaves[node])
+            };
+            canvas.symbol(look.symbol, point, (radius, 3.0), WHITE);
+            look.draw(canvas, point, radius, 1.2);
         }
         for (leaf, (&[x, y], &radius)) in self.leaves.iter().zip(points.iter().zip(radii)) {
             let Some(caption) = leaf.caption.as_deref() else {
@@ -315,9 +314,10 @@ impl BarrierPicture {
                 frame[0][0] + half,
                 (frame[1][0] - half).max(frame[0][0] + half),
             );
-            let above = y - radius - 0.7 * size;
+            let [_, up, down] = looks.look(leaf).symbol.reach();
+            let above = y - up * radius - 0.7 * size;
             let y = if above - 0.5 * size < frame[0][1] {
-                y + radius + 0.7 * size
+                y + down * radius + 0.7 * size
             } else {
                 above
             };

@@ -12,6 +12,7 @@ use plotters::backend::{BitMapBackend, DrawingBackend, SVGBackend};
 use plotters::style::ShapeStyle;
 
 use super::image::{Image, MAKER};
+use super::look::Symbol;
 use super::style::{
     BASE_LINE, BITMAP, Colour, SVG, Setting, Stroke, TextFace, register_fonts, text_width,
 };
@@ -174,6 +175,23 @@ impl Canvas {
     ) {
         self.circle(centre, radius + width, rim);
         self.circle(centre, radius, fill);
+    }
+
+    /// A symbol with the area of a disc of this radius, all its edges moved outward by `grown`.
+    pub fn symbol(
+        &mut self,
+        symbol: Symbol,
+        [x, y]: [f64; 2],
+        (radius, grown): (f64, f64),
+        fill: Colour,
+    ) {
+        match symbol.corners(radius, grown) {
+            None => self.circle([x, y], radius + grown, fill),
+            Some(corners) => {
+                let points = corners.into_iter().map(|[dx, dy]| [x + dx, y + dy]);
+                self.polygon(points.collect(), fill);
+            }
+        }
     }
 
     /// A line of text. Characters that would act as commands are replaced by visible ones.

@@ -5,11 +5,11 @@ use super::canvas::Canvas;
 use super::heights::Heights;
 use super::layout::{TreeLayout, leaf_count, place};
 use super::leaf::{
-    DiscScale, Leaf, draw_title, explain_labels, explain_sizes, label_colours, leaves_of,
-    most_members,
+    DiscScale, LEAST_SYMBOL, Leaf, Looks, draw_title, explain_sizes, leaves_of, most_members,
 };
 use super::leaf_values::{AXIS_ROOM, LeafValues};
 use super::legend::Legend;
+use super::look::{Key, Look};
 use super::strip::{PICTURE_DENSITY, Picture, draw_row, row_height};
 use super::style::{Anchor, Colour, Stroke, TextFace};
 use super::theme::{INK, LINE, MARGIN, PALE_LINE, TEXT, UNLABELLED, WHITE};
@@ -17,6 +17,8 @@ use super::{FigureError, text_width};
 use crate::topography::{Evidence, Network, Node, Tree};
 
 const LABEL_RADIUS: f64 = 9.0;
+/// Least radius of symbols in a tree with many leaves, canvas units.
+const LEAST_CROWDED_SYMBOL: f64 = 3.0;
 /// Least support for each mark, the fill of the mark, and its text in the legend.
 const SUPPORT: [(f64, Colour, &str); 3] = [
     (0.95, INK, "95 % or more"),
@@ -31,6 +33,8 @@ pub struct DisconnectivityPicture {
     pub tree: Tree,
     /// Description of leaf i of the tree, for every i.
     pub leaves: Vec<Leaf>,
+    /// Looks of known labels.
+    pub key: Key,
     /// Title; empty for none.
     pub title: String,
     /// Name and unit of the energy axis.
@@ -49,7 +53,7 @@ pub struct DisconnectivityPicture {
     /// Colours the circles by a quantity, in place of their labels.
     pub colour_by: Option<LeafValues>,
     /// Pictures of some leaves. They stand below the graph in the order of the branches, and the line above each has the
-    /// colour of the leaf's disc if the leaf has a label.
+    /// look of the leaf if the leaf has a label.
     pub examples: Vec<(usize, Picture)>,
 }
 
@@ -70,6 +74,7 @@ impl DisconnectivityPicture {
         Self {
             tree,
             leaves: leaves_of(network),
+            key: Key::default(),
             title: String::new(),
             energy_label: "energy".to_owned(),
             members_label: "members".to_owned(),
@@ -137,6 +142,27 @@ impl DisconnectivityPicture {
         Ok(canvas)
     }
 
+    /// The merges with the number of the mark of their support.
+    fn marks_of_support(&self) -> impl Iterator<Item = (usize, usize)> {
+        let merges = self.support.iter().zip(&self.tree.nodes).enumerate();
+        let merges = merges.filter(|(_, (_, node))| !node.children.is_empty());
+        merges.filter_map(|(node, (support, _))| {
+            let share = support.unwrap_or(0.0);
+            let mark = SUPPORT.iter().position(|(least, ..)| share >= *least)?;
+            Some((node, mark))
+        })
+    }
+
+    /// The looks of the leaves that are drawn with labels: all, or in a crowded tree those that have one.
+    fn looks(&self) -> Looks<'_> {
+        let looks = Looks::of(&self.leaves, &self.key);
+        if self.is_crowded() {
+            looks.only_labelled()
+        } else {
+            looks
+        }
+    }
+
     /// Whether there are too many leaves for bars, and for circles that tell their members.
     fn is_crowded(&self) -> bool {
         self.leaves.len() > Self::MOST_CIRCLES
@@ -158,8 +184,10 @@ impl DisconnectivityPicture {
     /// Scale of the circles. They overlap a little if there are many leaves, but neighbours rarely have the same energy.
     fn disc_scale(&self, layout: &TreeLayout, width: f64) -> DiscScale {
         let spacing = 0.7 * width / (layout.width + 1.0);
+        let symbols = self.colour_by.is_none() && self.looks().have_symbols();
         if self.is_crowded() {
-            return DiscScale::equal((0.5 * spacing).clamp(1.0, 4.0));
+            let least = if symbols { LEAST_CROWDED_SYMBOL } else { 1.0 };
+            return DiscScale::equal((0.5 * spacing).clamp(least, 4.0));
         }
         let most = most_members(&self.leaves);
         let largest = if most > 1.0 {
@@ -167,7 +195,12 @@ impl DisconnectivityPicture {
         } else {
             (0.6 * spacing).clamp(3.2, 14.0)
         };
-        DiscScale::by_members((largest / most.sqrt()).max(3.2).min(44.0 / most.sqrt()))
+        let scale = (largest / most.sqrt()).max(3.2).min(44.0 / most.sqrt());
+        let scale = DiscScale::by_members(scale);
+        if symbols {
+            return scale.at_least(LEAST_SYMBOL);
+        }
+        scale
     }
 
     fn legend(&self, scale: DiscScale) -> Legend {
@@ -177,7 +210,7 @@ impl DisconnectivityPicture {
             legend.heading(&values.name);
             legend.bar(span.low, span.high);
         } else {
-            explain_labels(&self.leaves, LABEL_RADIUS, &mut legend);
+            self.looks().explain(LABEL_RADIUS, &mut legend);
         }
         if !self.is_crowded() {
             explain_sizes(
@@ -207,10 +240,13 @@ impl DisconnectivityPicture {
         if self.tree.roots.len() > 1 {
             legend.note(&self.apart);
         }
-        if !self.support.is_empty() && merges().next().is_some() {
+        if self.marks_of_support().next().is_some() {
             legend.heading("support");
-            for (_, fill, text) in SUPPORT {
-                legend.disc(6.0, fill, text);
+            let marks: Vec<usize> = (self.marks_of_support()).map(|(_, mark)| mark).collect();
+            for (number, (_, fill, text)) in SUPPORT.into_iter().enumerate() {
+                if marks.contains(&number) {
+                    legend.disc(6.0, fill, text);
+                }
             }
         }
         legend
@@ -254,12 +290,12 @@ impl<'a> Plot<'a> {
         } else {
             energies.widened()
         };
-        let largest = picture
-            .leaves
-            .iter()
-            .map(|leaf| scale.radius(leaf.members))
-            .fold(0.0, f64::max)
-            + 2.0;
+        let looks = picture.looks();
+        let reach = |leaf: &Leaf| {
+            let reach = looks.look(leaf).symbol.reach();
+            scale.radius(leaf.members) * reach[0].max(reach[2])
+        };
+        let largest = picture.leaves.iter().map(reach).fold(0.0, f64::max) + 2.0;
         let caption = if picture.leaves.iter().any(|leaf| leaf.caption.is_some()) {
             1.1 * TEXT
         } else {
@@ -308,16 +344,16 @@ impl<'a> Plot<'a> {
 
     fn draw_examples(&self, canvas: &mut Canvas) {
         let leaves = &self.picture.leaves;
-        let colours = label_colours(leaves);
+        let looks = self.picture.looks();
         let mut examples: Vec<([f64; 2], Picture)> = (self.picture.examples.iter())
             .filter_map(|(leaf, picture)| {
                 let drawn = leaves.get(*leaf)?;
-                // A bar in another colour than its leaf's disc would look like a mistake.
-                let own = drawn.label.as_ref().map(|_| fill(drawn, &colours));
+                // A bar that looks unlike its leaf would look like a mistake.
+                let own = drawn.label.as_ref().map(|_| looks.look(drawn));
                 let at = self.at(*leaf);
                 let picture = Picture {
                     of: Some(at),
-                    colour: own.or(picture.colour),
+                    look: own.or(picture.look),
                     ..picture.clone()
                 };
                 Some((at, picture))
@@ -394,41 +430,33 @@ impl<'a> Plot<'a> {
     /// Draws a dot in the middle of each bar.
     fn draw_support(&self, canvas: &mut Canvas) {
         let radius = (0.2 * self.x[1]).clamp(2.4, 6.0);
-        for (node, support) in self.picture.support.iter().enumerate() {
-            if self.picture.tree.nodes[node].children.is_empty() {
-                continue;
-            }
-            let share = support.unwrap_or(0.0);
-            if let Some((_, fill, _)) = SUPPORT.iter().find(|(least, ..)| share >= *least) {
-                canvas.rimmed_circle(self.at(node), radius, *fill, LINE, 1.0);
-            }
+        for (node, mark) in self.picture.marks_of_support() {
+            canvas.rimmed_circle(self.at(node), radius, SUPPORT[mark].1, LINE, 1.0);
         }
     }
 
     fn draw_leaves(&self, canvas: &mut Canvas) {
         let leaves = &self.picture.leaves;
-        let colours = label_colours(leaves);
-        // Large circles are drawn first, so that small ones stay visible.
+        let looks = self.picture.looks();
+        // Large marks are drawn first, so that small ones stay visible.
         let mut order: Vec<usize> = (0..leaves.len()).collect();
         order.sort_by_key(|&leaf| (std::cmp::Reverse(leaves[leaf].members), leaf));
         let rim = (0.12 * self.x[1]).clamp(0.6, 1.2);
         let crowded = self.picture.is_crowded();
         for &index in &order {
             let leaf = &leaves[index];
-            if crowded && self.picture.colour_by.is_none() && leaf.label.is_none() {
-                continue;
-            }
-            let fill = match &self.picture.colour_by {
-                Some(values) => values.colour(index),
-                None => fill(leaf, &colours),
+            let look = match &self.picture.colour_by {
+                Some(values) => Look::disc(values.colour(index)),
+                None if crowded && leaf.label.is_none() => continue,
+                None => looks.look(leaf),
             };
-            let radius = self.scale.radius(leaf.members);
+            let (at, radius) = (self.at(index), self.scale.radius(leaf.members));
             if crowded {
-                canvas.circle(self.at(index), radius, fill);
+                look.draw(canvas, at, radius, 0.0);
                 continue;
             }
-            canvas.circle(self.at(index), radius + 2.0 * rim, WHITE);
-            canvas.rimmed_circle(self.at(index), radius, fill, LINE, rim);
+            canvas.symbol(look.symbol, at, (radius, 2.0 * rim), WHITE);
+            look.draw(canvas, at, radius, rim);
         }
         let captions = || leaves.iter().filter_map(|leaf| leaf.caption.as_deref());
         let room = 0.95 * self.x[1];
@@ -437,7 +465,8 @@ impl<'a> Plot<'a> {
         if side_by_side && captions().all(|caption| text_width(caption, TEXT, false) <= room) {
             for (index, leaf) in leaves.iter().enumerate() {
                 let [x, y] = self.at(index);
-                let below = y + self.scale.radius(leaf.members) + 0.75 * TEXT;
+                let [_, _, reach] = looks.look(leaf).symbol.reach();
+                let below = y + reach * self.scale.radius(leaf.members) + 0.75 * TEXT;
                 let face = TextFace::new(TEXT, INK).anchored(Anchor::Middle);
                 canvas.text(
                     [x, below],
@@ -449,18 +478,9 @@ impl<'a> Plot<'a> {
     }
 }
 
-fn fill(leaf: &Leaf, colours: &[(&str, Colour)]) -> Colour {
-    if leaf.members == 0 && leaf.label.is_none() {
-        return WHITE;
-    }
-    let colour = colours
-        .iter()
-        .find(|(label, _)| leaf.label.as_deref() == Some(*label));
-    colour.map_or(UNLABELLED, |(_, colour)| *colour)
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::look::Hue;
     use super::super::testing::{assert_legible, forest, gallery, random_tree};
     use super::*;
 
@@ -548,6 +568,53 @@ mod tests {
                 .iter()
                 .any(|text| text.starts_with("apart"))
         );
+    }
+
+    #[test]
+    fn many_labels_are_told_apart_and_only_those_that_occur_are_named() {
+        let known = (0..Look::OF_HUE).flat_map(|k| {
+            let look = |(name, hue)| (format!("{name} {k}"), Look::of_hue(hue, k));
+            [("round", Hue::Red), ("flat", Hue::Green)].map(look)
+        });
+        let mut picture = picture(random_tree(11, 60, 1), false);
+        picture.key.known = known.collect();
+        for (index, leaf) in picture.leaves.iter_mut().enumerate() {
+            leaf.label = Some(match index % 20 {
+                0 => "unlisted".to_owned(),
+                1 => "mine".to_owned(),
+                2 => "yours".to_owned(),
+                k => picture.key.known[k - 3].0.clone(),
+            });
+        }
+        let tree = &picture.tree;
+        picture.support = vec![Some(0.99); tree.nodes.len()];
+        let canvas = picture.draw().unwrap();
+        assert_legible(&canvas);
+        gallery(&canvas, "disconnectivity_kinds");
+        let texts: Vec<&str> = canvas.texts().iter().map(|(text, _)| *text).collect();
+        let first = texts.iter().position(|text| *text == "label").unwrap();
+        let mut expected: Vec<&str> = (picture.key.known.iter())
+            .take(17)
+            .map(|(label, _)| label.as_str())
+            .collect();
+        expected.extend(["mine", "yours", "unlisted", "grasps"]);
+        assert_eq!(texts[first + 1..][..expected.len()], expected);
+        assert!(texts.contains(&"95 % or more") && !texts.contains(&"70 to 95 %"));
+
+        // More labels than looks, and a crowded tree, in which leaves without label are no dots.
+        for (index, leaf) in picture.leaves.iter_mut().enumerate() {
+            leaf.label = Some(format!("cup {index}"));
+        }
+        let shown = |picture: &DisconnectivityPicture, wanted: &str| {
+            let canvas = picture.draw().unwrap();
+            canvas.texts().iter().any(|(text, _)| *text == wanted)
+        };
+        assert!(shown(&picture, "some labels look alike"));
+        picture.leaves[0].label = None;
+        assert!(shown(&picture, "none"));
+        let mut crowded = self::picture(random_tree(11, 120, 1), true);
+        crowded.leaves[0].label = None;
+        assert!(!shown(&crowded, "none") && !shown(&crowded, "some labels look alike"));
     }
 
     #[test]

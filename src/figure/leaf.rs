@@ -2,19 +2,22 @@
 
 use super::canvas::Canvas;
 use super::legend::Legend;
+use super::look::{Key, Look, Symbol};
 use super::style::{Anchor, Colour, TextFace};
-use super::theme::{self, INK, MARGIN, TITLE};
+use super::theme::{INK, MARGIN, TITLE, UNLABELLED, WHITE};
 use crate::topography::Network;
 
-/// A circle of a picture.
+/// Least radius of marks whose form is to be seen, canvas units.
+pub(super) const LEAST_SYMBOL: f64 = 6.0;
+
+/// A mark of a picture: a disc or another symbol.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Leaf {
-    /// Number of members. The area of the circle is proportional to it; 0 draws a hollow dot.
+    /// Number of members. The area of the mark is proportional to it; 0 draws a hollow dot.
     pub members: usize,
-    /// Category that colours the circle. `power`, `precision` and `intermediate` have fixed colours. Others take nine
-    /// colours in turn, so a picture should have at most a dozen categories.
+    /// What the look of the mark tells. The [`Key`] of the picture has the looks of known labels; others take looks in turn.
     pub label: Option<String>,
-    /// Short text beside the circle, drawn if there is room.
+    /// Short text beside the mark, drawn if there is room.
     pub caption: Option<String>,
 }
 
@@ -50,9 +53,12 @@ pub fn group(leaves: &[Leaf], group_of: &[usize]) -> Vec<Leaf> {
                     .map(|leaf| leaf.members)
                     .sum()
             };
-            let label = labels(inside.iter().copied())
-                .into_iter()
-                .rev()
+            let mut labels: Vec<&str> = inside
+                .iter()
+                .filter_map(|leaf| leaf.label.as_deref())
+                .collect();
+            labels.sort_unstable();
+            let label = (labels.into_iter().rev())
                 .max_by_key(|label| votes(label))
                 .map(str::to_owned);
             let caption = if let [only] = inside[..] {
@@ -69,29 +75,66 @@ pub fn group(leaves: &[Leaf], group_of: &[usize]) -> Vec<Leaf> {
         .collect()
 }
 
-/// The labels that occur, in the order of a legend: precision, intermediate, power, the others in alphabetical order, and
-/// finally `other` and `unlisted`.
-pub(super) fn labels<'a>(leaves: impl Iterator<Item = &'a Leaf>) -> Vec<&'a str> {
-    let rank = |label: &str| {
-        let place = |known: &[&str]| {
-            known
-                .iter()
-                .position(|name| label.eq_ignore_ascii_case(name))
-        };
-        let first = place(&["precision", "intermediate", "power"]);
-        (place(&["other", "unlisted"]), first.unwrap_or(usize::MAX))
-    };
-    let mut labels: Vec<&str> = leaves.filter_map(|leaf| leaf.label.as_deref()).collect();
-    labels.sort_unstable_by(|a, b| rank(a).cmp(&rank(b)).then(a.cmp(b)));
-    labels.dedup();
-    labels
+/// The looks of the leaves of a picture.
+#[derive(Debug)]
+pub(super) struct Looks<'a> {
+    looks: Vec<(&'a str, Look)>,
+    /// Whether leaves without a label are drawn.
+    unlabelled: bool,
 }
 
-/// Colour of each label that occurs among `leaves`.
-pub(super) fn label_colours(leaves: &[Leaf]) -> Vec<(&str, Colour)> {
-    let labels = labels(leaves.iter());
-    let colours = theme::label_colours(&labels);
-    labels.into_iter().zip(colours).collect()
+impl<'a> Looks<'a> {
+    pub(super) fn of(leaves: &'a [Leaf], key: &Key) -> Self {
+        Self {
+            looks: key.looks(leaves.iter().filter_map(|leaf| leaf.label.as_deref())),
+            unlabelled: leaves.iter().any(|leaf| leaf.label.is_none()),
+        }
+    }
+
+    /// The same of a picture that leaves the leaves without label out.
+    pub(super) fn only_labelled(self) -> Self {
+        Self {
+            unlabelled: false,
+            ..self
+        }
+    }
+
+    /// Whether no leaf has a label.
+    pub(super) fn is_empty(&self) -> bool {
+        self.looks.is_empty()
+    }
+
+    /// Whether not all leaves are discs, so that their form must be legible.
+    pub(super) fn have_symbols(&self) -> bool {
+        (self.looks.iter()).any(|(_, look)| look.symbol != Symbol::Disc || look.open)
+    }
+
+    /// The look of a leaf.
+    pub(super) fn look(&self, leaf: &Leaf) -> Look {
+        let Some(label) = leaf.label.as_deref() else {
+            return Look::disc(if leaf.members == 0 { WHITE } else { UNLABELLED });
+        };
+        let known = self.looks.iter().find(|(known, _)| *known == label);
+        known.map_or(Look::disc(UNLABELLED), |(_, look)| *look)
+    }
+
+    /// Adds the look of each label to `legend`, if any label occurs.
+    pub(super) fn explain(&self, radius: f64, legend: &mut Legend) {
+        if self.is_empty() {
+            return;
+        }
+        legend.heading("label");
+        for (label, look) in &self.looks {
+            legend.symbol(radius, *look, label);
+        }
+        if self.unlabelled {
+            legend.disc(radius, UNLABELLED, "none");
+        }
+        let looks = || self.looks.iter().map(|(_, look)| look);
+        if (looks().enumerate()).any(|(k, look)| looks().take(k).any(|other| other == look)) {
+            legend.note("some labels look alike");
+        }
+    }
 }
 
 /// Writes a title across the top of a sheet, if there is one, and returns the top of the remaining room.
@@ -112,21 +155,6 @@ pub(super) fn most_members(leaves: &[Leaf]) -> f64 {
     members.max().unwrap_or(0).max(1) as f64
 }
 
-/// Adds the colour of each label to `legend`, if any label occurs.
-pub(super) fn explain_labels(leaves: &[Leaf], radius: f64, legend: &mut Legend) {
-    let colours = label_colours(leaves);
-    if colours.is_empty() {
-        return;
-    }
-    legend.heading("label");
-    for (label, fill) in colours {
-        legend.disc(radius, fill, label);
-    }
-    if leaves.iter().any(|leaf| leaf.label.is_none()) {
-        legend.disc(radius, theme::UNLABELLED, "none");
-    }
-}
-
 /// Adds circles for typical numbers of members to `legend`.
 pub(super) fn explain_sizes(
     leaves: &[Leaf],
@@ -137,41 +165,54 @@ pub(super) fn explain_sizes(
 ) {
     legend.heading(heading);
     if leaves.iter().any(|leaf| leaf.members == 0) {
-        legend.disc(scale.radius(0), theme::WHITE, "0");
+        legend.disc(scale.radius(0), WHITE, "0");
     }
     for members in typical_members(leaves) {
         legend.disc(scale.radius(members), fill, &members.to_string());
     }
 }
 
-/// Radius of circles: their area is proportional to the number of members, or all are equal.
+/// Radius of marks: their area is proportional to the number of members, or all are equal.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct DiscScale {
-    /// Radius of a circle of one member.
+    /// Radius of a mark of one member.
     one: f64,
+    /// Least radius.
+    least: f64,
     equal: bool,
 }
 
 impl DiscScale {
     pub(super) fn by_members(one: f64) -> Self {
-        Self { one, equal: false }
+        Self {
+            one,
+            least: 0.0,
+            equal: false,
+        }
     }
 
     pub(super) fn equal(radius: f64) -> Self {
         Self {
             one: radius,
+            least: 0.0,
             equal: true,
         }
     }
 
+    /// The same scale with a least radius, which small marks need if their form is to be seen.
+    pub(super) fn at_least(self, least: f64) -> Self {
+        Self { least, ..self }
+    }
+
     pub(super) fn radius(self, members: usize) -> f64 {
-        if self.equal {
+        let radius = if self.equal {
             self.one
         } else if members == 0 {
             0.6 * self.one
         } else {
             self.one * (members as f64).sqrt()
-        }
+        };
+        radius.max(self.least)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::axis::{self, Span};
 use super::canvas::Canvas;
+use super::look::Look;
 use super::style::{Anchor, Colour, Stroke, TextFace};
 use super::theme::{INK, LINE, MARGIN, TEXT, sequential};
 
@@ -20,7 +21,7 @@ const LONGEST: f64 = 270.0;
 enum Sample {
     Heading,
     Nothing,
-    Disc { radius: f64, fill: Colour },
+    Symbol { radius: f64, look: Look },
     Line(Stroke),
     Patch(Colour),
     Bar { low: f64, high: f64 },
@@ -29,7 +30,7 @@ enum Sample {
 impl Sample {
     fn width(&self) -> f64 {
         match self {
-            Self::Disc { radius, .. } => 2.0 * radius + 4.0,
+            Self::Symbol { radius, look } => 2.0 * radius * look.symbol.reach()[0] + 4.0,
             Self::Line(_) => SAMPLE_LINE,
             Self::Patch(_) => PATCH[0],
             Self::Bar { .. } => BAR[0],
@@ -37,10 +38,24 @@ impl Sample {
         }
     }
 
+    /// Whether it is a symbol that is higher than a line of text.
+    fn is_large(&self) -> bool {
+        matches!(self, Self::Symbol { .. }) && Legend::row_height(self) > ROW
+    }
+
     /// Draws a sample that has its text beside its middle. Bars and headings are drawn elsewhere.
     fn draw(&self, canvas: &mut Canvas, [x, y]: [f64; 2]) {
         match self {
-            Self::Disc { radius, fill } => canvas.rimmed_circle([x, y], *radius, *fill, LINE, 1.0),
+            Self::Symbol { radius, look } => {
+                // Triangles reach farther on one side.
+                let [_, above, below] = look.symbol.reach();
+                look.draw(
+                    canvas,
+                    [x, y + 0.5 * radius * (above - below)],
+                    *radius,
+                    1.0,
+                );
+            }
             Self::Line(stroke) => {
                 let half = 0.5 * SAMPLE_LINE;
                 canvas.line([x - half, y], [x + half, y], *stroke);
@@ -87,8 +102,13 @@ impl Legend {
 
     /// Adds a circle with a thin rim.
     pub fn disc(&mut self, radius: f64, fill: Colour, text: &str) {
-        self.rows
-            .push((Sample::Disc { radius, fill }, text.to_owned()));
+        self.symbol(radius, Look::disc(fill), text);
+    }
+
+    /// Adds the symbol of a look, with a thin rim.
+    pub fn symbol(&mut self, radius: f64, look: Look, text: &str) {
+        let sample = Sample::Symbol { radius, look };
+        self.rows.push((sample, text.to_owned()));
     }
 
     /// Adds a small filled area.
@@ -104,7 +124,7 @@ impl Legend {
     fn row_height(sample: &Sample) -> f64 {
         match sample {
             Sample::Heading => 1.2 * ROW,
-            Sample::Disc { radius, .. } => ROW.max(2.0 * radius + 8.0),
+            Sample::Symbol { radius, .. } => ROW.max(2.0 * radius + 8.0),
             Sample::Bar { .. } => BAR[1] + 1.2 * SIZE,
             Sample::Line(_) | Sample::Patch(_) | Sample::Nothing => ROW,
         }
@@ -143,7 +163,7 @@ impl Legend {
                             .map(|text| super::text_width(text, SIZE, false))
                             .fold(0.0, f64::max)
                 }
-                Sample::Disc { .. } | Sample::Line(_) | Sample::Patch(_) => samples + length,
+                Sample::Symbol { .. } | Sample::Line(_) | Sample::Patch(_) => samples + length,
             }
         };
         self.rows.iter().map(width).fold(0.0, f64::max)
@@ -157,15 +177,19 @@ impl Legend {
             .sum()
     }
 
-    /// Draws the column with its upper left corner at `[left, top]`. It is squeezed if it would pass the bottom margin.
+    /// Draws the column with its upper left corner at `[left, top]`. It is squeezed if it would pass the bottom margin, except
+    /// for large symbols, whose size means something.
     pub fn draw(&self, canvas: &mut Canvas, [left, top]: [f64; 2]) {
         let bottom = canvas.height() - MARGIN;
         let middle = left + 0.5 * self.sample_width();
         let beside = left + self.sample_width() + GAP;
-        let squeeze = ((bottom - top) / self.height()).min(1.0);
+        let large = self.rows.iter().filter(|(sample, _)| sample.is_large());
+        let fixed: f64 = large.map(|(sample, _)| Self::row_height(sample)).sum();
+        let squeeze = ((bottom - top - fixed) / (self.height() - fixed)).clamp(0.0, 1.0);
         let mut y = top;
         for (sample, text) in &self.rows {
-            let height = Self::row_height(sample) * squeeze;
+            let part = if sample.is_large() { 1.0 } else { squeeze };
+            let height = Self::row_height(sample) * part;
             let centre = y + 0.5 * height;
             let face = Self::face(sample, text);
             let face = TextFace {
@@ -175,7 +199,7 @@ impl Legend {
             match sample {
                 Sample::Heading => canvas.text([left, y + 0.62 * height], text, face),
                 Sample::Nothing => canvas.text([left, centre], text, face),
-                Sample::Disc { .. } | Sample::Line(_) | Sample::Patch(_) => {
+                Sample::Symbol { .. } | Sample::Line(_) | Sample::Patch(_) => {
                     sample.draw(canvas, [middle, centre]);
                     canvas.text([beside, centre], text, face);
                 }

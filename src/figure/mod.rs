@@ -33,6 +33,7 @@ mod dash;
 mod glyph;
 mod image;
 mod legend;
+mod look;
 mod style;
 pub mod theme;
 
@@ -64,6 +65,7 @@ pub use axis::{log_tick_texts, log_ticks, number, tick_texts, ticks};
 pub use canvas::Canvas;
 pub use image::{Image, MAKER};
 pub use legend::Legend;
+pub use look::{HEART, Hue, Key, Look, Symbol};
 pub use strip::{PICTURE_DENSITY, Picture, draw_row, row_height, side_in_row};
 pub use style::{Anchor, Colour, Stroke, TextFace, text_width};
 

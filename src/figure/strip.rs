@@ -2,14 +2,17 @@
 
 use super::canvas::Canvas;
 use super::image::Image;
-use super::style::{Anchor, Colour, Stroke, TextFace};
+use super::look::Look;
+use super::style::{Anchor, Stroke, TextFace};
 use super::theme::{INK, MARGIN, PALE_LINE, TEXT};
 
 /// Pixels of a picture per canvas unit.
 pub const PICTURE_DENSITY: u32 = 2;
 const GAP: f64 = 12.0;
-/// Thickness of the line in a picture's colour.
+/// Thickness of the line in the colour of a picture.
 const BAR: f64 = 8.0;
+/// Radius of the symbol on this line.
+const SYMBOL: f64 = 10.0;
 /// Height between the graph and the pictures, where lines turn toward their pictures.
 const FAN: f64 = 70.0;
 
@@ -20,8 +23,8 @@ pub struct Picture {
     pub image: Image,
     /// Lines of text below it.
     pub texts: Vec<String>,
-    /// Colour of the line above it.
-    pub colour: Option<Colour>,
+    /// Look of the symbol and line above it.
+    pub look: Option<Look>,
     /// Point of the graph above that a line connects it to.
     pub of: Option<[f64; 2]>,
 }
@@ -64,8 +67,10 @@ pub fn draw_row(canvas: &mut Canvas, top: f64, pictures: &[Picture]) {
             canvas.line([x, y], [x, top], stroke);
             canvas.line([x, top], [middle, above], stroke);
         }
-        if let Some(colour) = picture.colour {
-            canvas.rectangle([left, above], [left + f64::from(side), above + BAR], colour);
+        if let Some(look) = picture.look {
+            let corner = [left + f64::from(side), above + BAR];
+            canvas.rectangle([left, above], corner, look.colour);
+            look.draw(canvas, [middle, above - 0.5 * BAR], SYMBOL, 1.0);
         }
         let below = above + BAR;
         #[expect(

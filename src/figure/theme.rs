@@ -22,8 +22,34 @@ pub const WHITE: Colour = Colour::new(255, 255, 255);
 /// Colour of items without a label.
 pub const UNLABELLED: Colour = Colour::new(0x7B, 0x8F, 0xA8);
 
+/// Colour of what is of no kind in a list.
+pub(super) const UNLISTED: Colour = Colour::new(0xD3, 0xD7, 0xDD);
+/// Colour of what a picture does not tell apart.
+pub(super) const OTHER: Colour = Colour::new(0x6B, 0x73, 0x80);
+
+/// Shades of the hues green, yellow and red, in the order of [`Hue`](super::look::Hue). The first of each is that of Okabe and
+/// Ito (2008). The others were found by a search: shades of one hue differ in lightness by 20 of 100, and any two shades
+/// differ by 10 (CIE 1976) for normal sight, protanopia and deuteranopia.
+pub(super) const SHADES: [[Colour; 3]; 3] = [
+    [
+        Colour::new(0x00, 0x9E, 0x73),
+        Colour::new(0x1C, 0x55, 0x52),
+        Colour::new(0x7F, 0xD0, 0xB0),
+    ],
+    [
+        Colour::new(0xF0, 0xE4, 0x42),
+        Colour::new(0x6F, 0x52, 0x00),
+        Colour::new(0xCC, 0x9A, 0x2E),
+    ],
+    [
+        Colour::new(0xD5, 0x5E, 0x00),
+        Colour::new(0x7D, 0x11, 0x28),
+        Colour::new(0xFB, 0xB0, 0x8C),
+    ],
+];
+
 /// Colours of Okabe and Ito (2008), without the three of the grasp categories, then darker mixtures.
-const PALETTE: [Colour; 9] = [
+pub(super) const PALETTE: [Colour; 9] = [
     Colour::new(0x00, 0x72, 0xB2),
     Colour::new(0xCC, 0x79, 0xA7),
     Colour::new(0x56, 0xB4, 0xE9),
@@ -51,24 +77,6 @@ const SERIES: [Colour; 9] = [
 /// Colour of series number `index` of a chart. The colours repeat after nine.
 pub const fn series(index: usize) -> Colour {
     SERIES[index % SERIES.len()]
-}
-
-/// Colour of each of the `labels`. Precision, power and intermediate grasps have the paper's green, red and yellow (in
-/// Okabe and Ito's variants). The labels `unlisted` and `other` are grey. Any other label takes a colour of the palette in
-/// order.
-pub fn label_colours(labels: &[&str]) -> Vec<Colour> {
-    let mut others = 0..;
-    labels
-        .iter()
-        .map(|label| match label.to_ascii_lowercase().as_str() {
-            "precision" => Colour::new(0x00, 0x9E, 0x73),
-            "power" => Colour::new(0xD5, 0x5E, 0x00),
-            "intermediate" => Colour::new(0xF0, 0xE4, 0x42),
-            "unlisted" => Colour::new(0xC4, 0xC9, 0xD1),
-            "other" => Colour::new(0x8E, 0x96, 0xA3),
-            _ => PALETTE[others.next().unwrap_or(0) % PALETTE.len()],
-        })
-        .collect()
 }
 
 /// Colour at `t` in [0, 1] of the colour map viridis (van der Walt and Smith 2015), which is monotone in lightness.
@@ -125,18 +133,5 @@ mod tests {
             (0..50).all(|i| lightness(f64::from(i) / 50.0) < lightness(f64::from(i + 1) / 50.0))
         );
         assert_eq!(sequential(1.0).rgb, [0xFD, 0xE7, 0x25]);
-    }
-
-    #[test]
-    fn categories_keep_their_colour_whatever_else_is_listed() {
-        let alone = label_colours(&["power"])[0];
-        let among = label_colours(&["hook", "Power", "lateral", "precision"]);
-        assert_eq!(among[1], alone);
-        assert!(
-            among
-                .iter()
-                .enumerate()
-                .all(|(i, a)| among[..i].iter().all(|b| a != b))
-        );
     }
 }

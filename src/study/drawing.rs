@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::digits::significant;
 use super::error::StudyError;
+use super::looks;
 use crate::figure::layout::collapse;
 use crate::figure::{BarrierPicture, DisconnectivityPicture, Leaf, LeafValues, Picture, group};
 use crate::store::{Manifest, StoreError};
@@ -407,6 +408,7 @@ impl Drawing<'_> {
         }
         let mut tree = DisconnectivityPicture::new(drawn.tree, &Network::default());
         tree.leaves = leaves_shown(shown, view);
+        tree.key = looks::key();
         tree.support = carried((&shown.tree, &shown.support), &tree.tree, |leaf| {
             view.minima[leaf]
         });
@@ -435,6 +437,7 @@ impl Drawing<'_> {
         let network = visible(shown.network, view);
         let mut graph = BarrierPicture::new(network.as_ref().unwrap_or(shown.network));
         graph.leaves = leaves_shown(shown, view);
+        graph.key = looks::key();
         graph.title = title;
         self.titles.energy.clone_into(&mut graph.energy_label);
         self.titles.members.clone_into(&mut graph.members_label);

@@ -1,13 +1,14 @@
-//! Taxonomy colours of minima, and rendered examples.
+//! Labels of minima by the taxonomy for pictures, and rendered examples.
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::drawing::Drawing;
 use super::error::StudyError;
+use super::looks;
 use super::names::{GraspSetting, MinimumName};
 use crate::evaluation::taxonomy::{Category, Rule};
-use crate::figure::{Leaf, PICTURE_DENSITY, Picture, Scene, group, side_in_row, theme};
+use crate::figure::{Leaf, PICTURE_DENSITY, Picture, Scene, group, side_in_row};
 use crate::grasp::Grasp;
 use crate::store::{LandscapeFiles, MinimumRow};
 use crate::topography::MinimumId;
@@ -17,6 +18,8 @@ use crate::topography::MinimumId;
 pub enum Colouring {
     /// Power, intermediate, precision.
     Category,
+    /// The type; of a grasp that several types fit about equally, the cell or the category.
+    Type,
     /// Power grasps of spheres, disks and cylinders, and precision grasps.
     Power,
     /// Sphere grasps, tripods and quadpods.
@@ -32,9 +35,10 @@ const TRIPODS: [u8; 2] = [14, 27];
 
 impl Colouring {
     /// Legend text for a grasp of this name.
-    fn label(self, named: &MinimumName) -> &'static str {
+    fn label(self, named: &MinimumName) -> &str {
         let is = |types: &[u8]| named.number.is_some_and(|number| types.contains(&number));
         match (self, named.category) {
+            (Self::Type, _) => named.text(),
             (_, None) => "unlisted",
             (Self::Power, _) if is(&POWER_SPHERES) => "power: sphere",
             (Self::Power, _) if is(&DISKS) => "power: disk",
@@ -99,6 +103,7 @@ impl MinimumNames {
         let chosen = self.chosen(&order, group_of, count);
         let side = side_in_row(Drawing::WIDTH, chosen.len()) * PICTURE_DENSITY;
         let skin = self.setting.hand.skin();
+        let key = looks::key();
         let picture = |&minimum: &usize| {
             let row = &files.minima[minimum];
             let grasp = Grasp::new(row.coordinates.clone(), row.choice.clone());
@@ -109,7 +114,7 @@ impl MinimumNames {
             let picture = Picture {
                 image: scene.render(&camera, side, side),
                 texts: [in_two(named.text()), vec![format!("m{}", row.id)]].concat(),
-                colour: theme::label_colours(&[label]).into_iter().next(),
+                look: key.look(label),
                 of: None,
             };
             (MinimumId(minimum), picture)

@@ -107,6 +107,7 @@ mod judging;
 mod kinetics;
 mod labels;
 mod level;
+mod looks;
 mod lowest;
 mod minimax_path;
 mod minimum_values;

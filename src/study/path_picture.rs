@@ -170,7 +170,7 @@ impl MinimaxPath {
                     format!("{}", number + 1),
                     format!("{said}E {:.2}", step.point.energy),
                 ],
-                colour: None,
+                look: None,
                 of: None,
             }
         };

@@ -174,6 +174,60 @@ finish(told);
     );
 }
 
+/// With a look for each grasp type, the legend names the labels that occur and no others, each in its own look.
+#[test]
+fn types_are_told_apart() {
+    let Some(browser) = browser() else { return };
+    let desk = desk_with_page();
+    let script = r##"
+await settled();
+// Types of one word within another, a label with quotes, and none.
+["Tripod", "Writing Tripod", 'mine "1"', "unlisted", "power/palm/2-5/abducted"].forEach((label, item) => model.own.set(item, label));
+change({ colour: "type", labels: null });
+await settled();
+const entries = () => [...document.querySelectorAll("#legend button:not(.filter)")];
+const labels = Array.from({ length: model.count }, (_, item) => model.text("label", item));
+const looks = new Set(labels.map(label => JSON.stringify(lookOfLabel(label))));
+const told = {
+  words: entries().map(entry => entry.textContent.replace(/ \d+$/, "")),
+  labels: [...new Set(labels)],
+  apart: looks.size === new Set(labels).size,
+  dots: entries().map(entry => entry.querySelector(".dot > *").outerHTML),
+  tree: panels.tree.drawing.svg(),
+};
+told.exact = [];
+for (const label of ["Tripod", 'mine "1"', "power/palm/2-5/abducted"]) {
+  const entry = entries()[told.words.indexOf(label)];
+  entry.click();
+  await settled();
+  told.exact.push(derived.passing === labels.filter(other => other === label).length);
+  told.chip = document.querySelector("#legend .filter").textContent;
+  change({ chips: [] });
+  await settled();
+}
+finish(told);
+"##;
+    let told = act(&browser, &desk, "g.report.html", "", script);
+    let sorted = |list: &str| {
+        let texts = told[list].as_array().unwrap().iter();
+        let mut texts: Vec<&str> = texts.map(|text| text.as_str().unwrap()).collect();
+        texts.sort_unstable();
+        texts
+    };
+    assert_eq!(sorted("words"), sorted("labels"));
+    assert_eq!(told["apart"], true);
+    let mut dots = sorted("dots");
+    dots.dedup();
+    assert_eq!(dots.len(), sorted("words").len(), "{dots:?}");
+    assert_eq!(told["exact"], json!([true, true, true]));
+    assert_eq!(told["chip"], "power/palm/2-5/abducted×");
+    // The first of the precision types and the first that the taxonomy does not know.
+    let tripod = landscape::figure::Look::of_hue(landscape::figure::Hue::Green, 9);
+    let [red, green, blue] = tripod.colour.rgb;
+    let fill = format!("fill=\"#{red:02x}{green:02x}{blue:02x}\"");
+    assert_says(told["tree"].as_str().unwrap(), &[&fill]);
+}
+
 #[test]
 fn a_branch_is_zoomed_into() {
     let Some(browser) = browser() else { return };

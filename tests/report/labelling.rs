@@ -71,7 +71,7 @@ const read = async () => {
   const told = {
     table: row.textContent.includes(wanted.name),
     caption: document.querySelector("#scene .caption").textContent.includes(wanted.name),
-    dot: colourOf(item) === CATEGORY[wanted.category] && row.querySelector(".dot").style.background !== "",
+    dot: colourOf(item) === model.key.get(wanted.category).colour && row.querySelector(".dot > *").getAttribute("fill") === colourOf(item),
     chart: chart(),
     legend: document.getElementById("legend").textContent,
   };

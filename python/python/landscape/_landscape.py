@@ -390,7 +390,7 @@ class Landscape:
         min_members: int | None = None, monotonic: bool = False,
         pick: Sequence[str] | None = None, levels: int | None = None, place_by: str | None = None,
         colour_by: str | None = None, values: StrPath | None = None, examples: int | None = None,
-        colour: Literal["category", "power", "spheres"] | None = None, stability: StrPath | None = None,
+        colour: Literal["category", "type", "power", "spheres"] | None = None, stability: StrPath | None = None,
         group_barrier: float | None = None, seed: int | None = None, force: bool = False,
     ) -> Path:
         """Draws the landscape and returns the path.

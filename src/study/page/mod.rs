@@ -48,6 +48,7 @@ use crate::printable::printable;
 use crate::store::Manifest;
 use crate::study::error::StudyError;
 use crate::study::level::GroupLevel;
+use crate::study::looks;
 use crate::topography::{Evidence, TreeDifference};
 
 /// Hands, objects, and pairs of the two, each stored once.
@@ -72,6 +73,7 @@ impl Scenes {
             "difference": difference,
             "evidence": evidence,
             "taxonomy": grasps::taxonomy(),
+            "looks": looks::packed(),
         });
         html::page(&pack.deflated(&header))
     }

@@ -63,6 +63,11 @@ class Model {
     // Labels that were given on the page, by item; an empty text takes the label of the file away.
     this.own = new Map();
     this.types = new Map(header.taxonomy.map(type => [type.name, type]));
+    // Looks of labels, in the order of legends: known ones, and the grey ones. Others take looks in turn.
+    const { symbols, known, greys, in_turn } = header.looks;
+    const withCorners = given => ({ ...given, corners: symbols[given.symbol] });
+    this.key = new Map([...known, ...greys].map(([label, given]) => [label, withCorners(given)]));
+    this.inTurn = in_turn.map(withCorners);
   }
 
   prepare(side) {

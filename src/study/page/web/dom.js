@@ -16,6 +16,21 @@ function make(name, text = "", attributes = {}, ...children) {
   return element;
 }
 
+// The symbol of a look, for lists.
+function dotOf({ colour, corners, open }) {
+  const part = (name, attributes) => {
+    const element = document.createElementNS("http://www.w3.org/2000/svg", name);
+    for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+    return element;
+  };
+  const outline = corners.length ? part("polygon", { points: corners.join(" ") }) : part("circle", { r: 1 });
+  outline.setAttribute("fill", colour);
+  const dot = part("svg", { class: "dot", viewBox: "-1.6 -1.6 3.2 3.2", "aria-hidden": "true" });
+  dot.append(outline);
+  if (open) dot.append(part("circle", { class: "heart", r: model.header.looks.heart }));
+  return dot;
+}
+
 function button(text, onclick, attributes = {}, ...children) {
   return make("button", text, { type: "button", onclick, ...attributes }, ...children);
 }

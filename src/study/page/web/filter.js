@@ -117,7 +117,8 @@ class FilterParser {
   comparison(name) {
     const sign = this.take();
     if (this.done()) throw new Error(`“${name} ${sign}” compares with nothing`);
-    const value = unquoted(this.take());
+    const given = this.take();
+    const value = unquoted(given);
     const model = this.model;
     const field = FIELDS[name];
     if (!field && !TEXT_FIELDS.includes(name) && name !== "family") throw new Error(`“${name}” is none of ${known(model).join(", ")}`);
@@ -126,8 +127,10 @@ class FilterParser {
     if (TEXT_FIELDS.includes(name)) {
       const text = item => (name === "evidence" ? model.evidence(item) : model.text(name, item)).toLowerCase();
       const wanted = value.toLowerCase();
-      // Nothing but an empty text equals an empty one.
-      const whole = name === "cell" || wanted === "";
+      // Nothing but an empty text equals an empty one, and a text in quotes that some item has means this text: "Tripod" is no
+      // "Writing Tripod".
+      const occurs = () => Array.from({ length: model.count }, (_, item) => text(item)).includes(wanted);
+      const whole = name === "cell" || wanted === "" || (given !== value && occurs());
       const equal = whole ? item => text(item) === wanted : item => text(item).includes(wanted);
       if (sign === "=") return equal;
       if (sign === "≠") return item => !equal(item);

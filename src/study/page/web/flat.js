@@ -141,11 +141,8 @@ class FlatPanel {
     // Names stand beside the dots while these are few.
     const few = this.side.count <= 40;
     for (let item = 0; item < this.side.count; item++) {
-      pen.circle(this.at(model.coordinates(item)), 6, {
-        fill: colourOf(item),
-        stroke: look.ink,
-        alpha: derived.passes[item] ? 1 : 0.2,
-      });
+      const alpha = derived.passes[item] ? 1 : 0.2;
+      pen.symbol(this.at(model.coordinates(item)), 6, lookOf(item), { stroke: look.ink, alpha });
       if (few) this.name(pen, item, 500);
     }
   }

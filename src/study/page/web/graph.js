@@ -63,7 +63,7 @@ class GraphPanel {
     for (const line of route) this.line(pen, line, true);
     this.circles.forEach((item, circle) => {
       const alpha = derived.passes[item] ? 1 : 0.18;
-      pen.circle(this.at(circle), this.radius(circle), { fill: colourOf(item), stroke: look.line, alpha });
+      pen.symbol(this.at(circle), this.radius(circle), lookOf(item), { stroke: look.line, alpha });
     });
   }
 

@@ -1,6 +1,7 @@
 // What the colours mean, with counts, and the filters that stay in sight. A click on an entry filters by it.
 "use strict";
 
+// Entries of the legend of things without end: groups and families.
 const MOST_ENTRIES = 9;
 // Ranges into which the legend of a number is divided.
 const RANGES = 5;
@@ -11,15 +12,15 @@ class Legend {
     watch(["colour", "level", "chips", "query", "labels", "look"], () => this.show());
   }
 
-  // Words, filter, colour and number of items of each entry.
+  // Words, filter, look and number of items of each entry.
   entries() {
     const items = Array.from({ length: model.count }, (_, item) => item);
     const count = test => items.filter(test).length;
-    const entry = (words, chip, test) => ({ words, chip, count: count(test), colour: colourOf(items.find(test) ?? 0) });
+    const entry = (words, chip, test) => ({ words, chip, count: count(test), dot: lookOf(items.find(test) ?? 0) });
     if (derived.basins) {
       return derived.basins.list.map(basin => {
         const name = model.name(basin[0]);
-        return { words: `family of ${name}`, chip: `family = ${name}`, count: basin.length, colour: colourOf(basin[0]) };
+        return { words: `family of ${name}`, chip: `family = ${name}`, count: basin.length, dot: lookOf(basin[0]) };
       });
     }
     switch (state.colour) {
@@ -27,6 +28,14 @@ class Legend {
         return ["power", "intermediate", "precision", ""].map(name =>
           entry(name || "no category", `category = ${name || '""'}`, item => model.text("category", item) === name),
         );
+      case "type": {
+        const { known, greys } = model.header.looks;
+        const own = pairs => pairs.map(([label]) => label);
+        return [...own(known), ...otherLabels(), ...own(greys), ""].map(label => {
+          const chip = `label = "${label.replace(/["\\]/g, "\\$&")}"`;
+          return entry(plain(label).replaceAll("_", " ") || "no label", chip, item => model.text("label", item) === label);
+        });
+      }
       case "stable": {
         const is = value => item => model.number("stable", item) === value;
         const none = item => Number.isNaN(model.number("stable", item));
@@ -41,7 +50,7 @@ class Legend {
         }
         return [...groups].map(([group, members]) => {
           const name = "g" + group;
-          return { words: groupName(model.at(members[0])[0], group), chip: name, count: members.length, colour: colourOf(members[0]) };
+          return { words: groupName(model.at(members[0])[0], group), chip: name, count: members.length, dot: lookOf(members[0]) };
         });
       }
       default:
@@ -64,18 +73,17 @@ class Legend {
       const above = first ? -Infinity : Number(edges[k]);
       const below = last ? Infinity : Number(edge);
       const inside = item => model.number(field, item) >= above && model.number(field, item) < below;
-      return { words, chip: bounds.join(" and "), count: items.filter(inside).length, colour: viridis((k + 0.5) / RANGES) };
+      return { words, chip: bounds.join(" and "), count: items.filter(inside).length, dot: disc(viridis((k + 0.5) / RANGES)) };
     });
   }
 
   show() {
     const entries = this.entries().filter(({ count }) => count > 0);
-    entries.sort((a, b) => (state.colour === "group" || derived.basins ? b.count - a.count : 0));
-    const buttons = entries.slice(0, MOST_ENTRIES).map(({ words, chip, count, colour }) => {
-      const dot = make("i", "", { class: "dot" });
-      dot.style.background = colour;
-      const title = `Show only these: ${chip}`;
-      return button("", () => toggleChip(chip), { "aria-pressed": String(state.chips.includes(chip)), title }, dot, `${words} `, make("small", count));
+    const endless = state.colour === "group" || derived.basins;
+    if (endless) entries.sort((a, b) => b.count - a.count);
+    const buttons = entries.slice(0, endless ? MOST_ENTRIES : entries.length).map(({ words, chip, count, dot }) => {
+      const attributes = { "aria-pressed": String(state.chips.includes(chip)), title: `Show only these: ${chip}` };
+      return button("", () => toggleChip(chip), attributes, dotOf(dot), `${words} `, make("small", count));
     });
     const rest = entries.length - buttons.length;
     if (rest > 0) buttons.push(make("span", `and ${rest} more`, { class: "count" }));
@@ -93,5 +101,7 @@ class Legend {
 // A filter in a few words.
 function chipWords(chip) {
   if (chip === 'category = ""') return "no category";
+  if (chip === 'label = ""') return "no label";
+  if (/^label = "/.test(chip)) return plain(unquoted(chip.slice("label = ".length))).replaceAll("_", " ");
   return chip.replace(/^category = /, "").replace(/^family = /, "family of ").replace(/^stable$/, "held").replace(/^unstable$/, "fell");
 }

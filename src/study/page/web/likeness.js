@@ -33,7 +33,7 @@ class LikenessPanel {
     if (parts.length > 1) this.frames(pen, parts);
     for (let item = 0; item < model.count; item++) {
       const alpha = derived.passes[item] ? 1 : 0.15;
-      pen.circle(this.at(item), this.radius, { fill: colourOf(item), stroke: look.line, width: 0.8, alpha });
+      pen.symbol(this.at(item), this.radius, lookOf(item), { stroke: look.line, width: 0.8, alpha });
     }
     this.ruler(pen, w, h);
   }

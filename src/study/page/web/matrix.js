@@ -48,7 +48,7 @@ class MatrixPanel {
     }
     const categories = [...spans].map(([category, span]) => {
       const head = make("th", category, { colspan: span, scope: "colgroup" });
-      head.style.borderBottomColor = CATEGORY[category];
+      head.style.borderBottomColor = model.key.get(category).colour;
       return head;
     });
     const details = this.columns.map(column => {

@@ -28,6 +28,14 @@ class Pen {
     );
   }
 
+  // The symbol of a look with the area of a disc of this radius.
+  symbol([x, y], radius, { colour, corners, open }, style) {
+    const filled = { ...style, fill: colour };
+    if (corners.length) this.path(corners.map(([dx, dy]) => [x + radius * dx, y + radius * dy]), { ...filled, close: true });
+    else this.circle([x, y], radius, filled);
+    if (open) this.circle([x, y], model.header.looks.heart * radius, { fill: look.paper, alpha: style.alpha });
+  }
+
   label(at, text, style = {}) {
     this.text(at, text, { fill: look.soft, size: 11.5, ...style });
   }

@@ -18,8 +18,9 @@ const state = {
   cones: false, // whether friction cones are shown
 };
 
-// Derived from it: which items pass the filter, the superbasins, and the first item of the table.
-const derived = { passes: null, passing: 0, problem: "", basins: null, first: 0 };
+// Derived from it: which items pass the filter, the superbasins, the first item of the table, and the labels that have no look
+// of their own.
+const derived = { passes: null, passing: 0, problem: "", basins: null, first: 0, otherLabels: null };
 
 const MOST_PINS = 6;
 const watchers = [];
@@ -46,6 +47,7 @@ function change(changes) {
       stale.add("chips");
     }
   }
+  if (stale.has("labels")) derived.otherLabels = null;
   // A change of these changes what passes.
   if (["chips", "labels"].some(part => stale.has(part)) || (stale.has("level") && /family/i.test(state.query + filterText()))) stale.add("query");
   if (stale.has("query") || derived.passes === null) filterItems();
@@ -192,17 +194,21 @@ window.addEventListener("hashchange", () => {
   if (location.hash !== written) readAddress();
 });
 
-// Colours of Okabe and Ito without those of the grasp categories, as in src/figure/theme.rs, then darker mixtures.
-const PALETTE = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#5b3a8e", "#8c510a", "#80cdc1"];
-const CATEGORY = { precision: "#009e73", power: "#d55e00", intermediate: "#f0e442", "": "#b4bac4" };
+// What has no value or kind.
+const NOTHING = disc("#b4bac4");
 const VIRIDIS = ["#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725"];
-const NEUTRAL = "#7b8fa8";
+// What has no label.
+const UNLABELLED = disc("#7b8fa8");
 // Colours of families. They are lines too, so each stands out from the paper (3:1), and any two differ for all kinds of
 // colour blindness; a test computes both. They were found by a search for the greatest least distance.
 const FAMILY = {
   light: ["#3496ef", "#b18e15", "#670463", "#1b490f", "#824aca", "#995f2c", "#3a788b"],
   dark: ["#2b87d9", "#eabf3a", "#f4d5fb", "#aafa99", "#8aa3f3", "#a35e16", "#97996e"],
 };
+
+function disc(colour) {
+  return { colour, corners: [], open: false };
+}
 
 function viridis(t) {
   const place = Math.min(0.9999, Math.max(0, t)) * (VIRIDIS.length - 1);
@@ -215,6 +221,7 @@ function viridis(t) {
 function colourings() {
   const all = [
     ["category", "category"],
+    ["type", "grasp type"],
     ["stable", "stability"],
     ["group", "group"],
     ["epsilon", "ε"],
@@ -243,22 +250,47 @@ function range(field) {
   return ranges[field];
 }
 
-// The colour of an item: that of its superbasin while there is a level, else what is chosen.
-function colourOf(item) {
-  if (derived.basins) return familyColour(item) ?? CATEGORY[""];
+// The look of an item: the colour of its superbasin while there is a level, else what is chosen.
+function lookOf(item) {
+  if (derived.basins) return derived.basins.colour[item] < 0 ? NOTHING : disc(familyColour(item));
   switch (state.colour) {
     case "category":
-      return CATEGORY[model.text("category", item)] ?? NEUTRAL;
+      return model.key.get(model.text("category", item)) ?? NOTHING;
+    case "type":
+      return lookOfLabel(model.text("label", item));
     case "stable":
-      return { 0: "#d55e00", 1: "#009e73" }[model.number("stable", item)] ?? CATEGORY[""];
+      return { 0: model.key.get("power"), 1: model.key.get("precision") }[model.number("stable", item)] ?? NOTHING;
     case "group":
-      return PALETTE[model.number("group", item) % PALETTE.length];
+      return model.inTurn[model.number("group", item) % model.inTurn.length];
     default: {
       const [low, high] = range(state.colour);
       const value = model.number(state.colour, item);
-      return Number.isFinite(value) ? viridis((value - low) / (high - low || 1)) : CATEGORY[""];
+      return Number.isFinite(value) ? disc(viridis((value - low) / (high - low || 1))) : NOTHING;
     }
   }
+}
+
+// The look of a label: its own, or as those without one take looks in turn, in alphabetical order.
+function lookOfLabel(label) {
+  if (label === "") return UNLABELLED;
+  const known = model.key.get(label);
+  if (known) return known;
+  return model.inTurn[otherLabels().indexOf(label) % model.inTurn.length];
+}
+
+// The labels on the page that have no look of their own, in alphabetical order.
+function otherLabels() {
+  if (!derived.otherLabels) {
+    const labels = new Set();
+    for (let item = 0; item < model.count; item++) labels.add(model.text("label", item));
+    derived.otherLabels = [...labels].filter(label => label !== "" && !model.key.has(label)).sort();
+  }
+  return derived.otherLabels;
+}
+
+// The colour of an item, for lines.
+function colourOf(item) {
+  return lookOf(item).colour;
 }
 
 // The superbasins below an energy: for each item the node on top of its basin (NONE above the level) and the number of its

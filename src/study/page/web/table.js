@@ -112,9 +112,7 @@ class TablePanel {
     const cells = this.columns.map(column => {
       const cell = make("span", column.text(item), { role: "gridcell", class: column.number ? "number" : false });
       if (column.name === "name") {
-        const dot = make("i", "", { class: "dot" });
-        dot.style.background = colourOf(item);
-        cell.prepend(dot);
+        cell.prepend(dotOf(lookOf(item)));
       }
       if (column.name === "label") cell.title = this.aboutLabel(item);
       if (column.name === "evidence" && model.evidence(item)) cell.title = EVIDENCE_WORDS[model.evidence(item)];

@@ -75,7 +75,7 @@ class TanglePanel {
     this.links(pen, false);
     for (let item = 0; item < model.count; item++) {
       const alpha = derived.passes[item] ? 1 : 0.2;
-      pen.circle(this.at(item), 3.4, { fill: colourOf(item), stroke: look.line, width: 0.8, alpha });
+      pen.symbol(this.at(item), 3.4, lookOf(item), { stroke: look.line, width: 0.8, alpha });
     }
     this.names(pen);
   }

@@ -191,7 +191,7 @@ class TreePanel {
       const at = this.at(item);
       if (at[0] < EDGE.left - 20 || at[0] > this.box[0] + 20) continue;
       const alpha = derived.passes[item] ? 1 : 0.18;
-      pen.circle(at, this.radius(item), { fill: colourOf(item), stroke: look.line, width: this.unit > 5 ? 1 : 0.6, alpha });
+      pen.symbol(at, this.radius(item), lookOf(item), { stroke: look.line, width: this.unit > 5 ? 1 : 0.6, alpha });
     }
     if (this.unit >= 26) for (const item of order) this.name(pen, item, { fill: look.soft });
   }
