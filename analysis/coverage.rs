@@ -5,7 +5,7 @@
 //! minimum is Good's and Turing's estimate: one minus the share of grasps that are alone in their minimum. Each descent goes
 //! on to a gradient norm of 10⁻⁵ to see whether it converges. Distinct stable grasps are counted in files that
 //! `landscape stability` has simulated. A second table counts the labels of all grasps. The files of the committed tables
-//! were made by `landscape synth --object OBJECT -n 420 --seed 57` and `landscape stability`.
+//! were made by `landscape synth --object OBJECT -n 420 --seed 20261129`, `landscape label` and `landscape stability`.
 
 use std::collections::BTreeMap;
 use std::error::Error;

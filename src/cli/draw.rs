@@ -14,7 +14,7 @@ use crate::cli::printing::{complain, print_wrote};
 use crate::figure::Leaf;
 use crate::store::{FileSet, MinimumRow, read_attempts};
 use crate::study::{
-    Colouring, Drawing, MinimumNames, MinimumValues, Quantities, Titles, Views, group_of,
+    Colouring, Drawing, GroupName, MinimumNames, MinimumValues, Quantities, Titles, Views, group_of,
 };
 use crate::topography::{Evidence, MinimumId, Tree};
 
@@ -156,12 +156,18 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
         (Some(types), Some(count)) => types.examples(&files, (&group_of, &leaves), count),
         _ => Vec::new(),
     };
+    let group_names = match group_barrier {
+        // The names are those of the groups of the map.
+        Some(_) => Vec::new(),
+        None => GroupName::of_manifest(&files.manifest),
+    };
     let drawing = Drawing {
         network: &network,
         tree: &tree,
         attempts: &read_attempts(&command.landscape, &files)?,
         leaves,
         group_of,
+        group_names: group_names.into_iter().map(|group| group.name).collect(),
         titles: &titles,
         views,
         quantities: quantities(command, &files.minima)?,

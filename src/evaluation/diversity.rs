@@ -42,12 +42,25 @@ pub const TOUCHING_M: f64 = 0.002;
 /// # Panics
 /// If `x` is no pose of the hand.
 pub fn contact_regions<'a>(hand: &'a Hand, object: &Object, x: &[f64]) -> BTreeSet<&'a str> {
+    regions_within(hand, object, x, TOUCHING_M)
+}
+
+/// As [`contact_regions`], but with surface points at most `gap_m` off the object.
+///
+/// # Panics
+/// As [`contact_regions`].
+pub fn regions_within<'a>(
+    hand: &'a Hand,
+    object: &Object,
+    x: &[f64],
+    gap_m: f64,
+) -> BTreeSet<&'a str> {
     let mut posed = PosedHand::default();
     hand.pose(x, &mut posed);
     let points = posed.points.iter().zip(&hand.surface);
     points
         .filter(|(_, point)| hand.may_touch(point))
-        .filter(|(place, _)| object.exact.distance(place) <= TOUCHING_M)
+        .filter(|(place, _)| object.exact.distance(place) <= gap_m)
         .map(|(_, point)| hand.digits[hand.links[point.link.0].digit].as_str())
         .collect()
 }

@@ -10,6 +10,7 @@ use super::leaf::{
 };
 use super::legend::Legend;
 use super::look::{Key, Look};
+use super::notes::{draw_notes, notes_height};
 use super::style::{Anchor, Colour, Stroke, TextFace};
 use super::theme::{INK, LINE, MARGIN, PALE_LINE, TEXT, UNLABELLED, WHITE, sequential};
 use super::{FigureError, axis, text_width};
@@ -49,6 +50,8 @@ pub struct BarrierPicture {
     pub key: Key,
     /// The connections.
     pub links: Vec<Link>,
+    /// What names of leaves mean: lines below the picture, each a name and a text.
+    pub notes: Vec<(String, String)>,
     /// Title; empty for none.
     pub title: String,
     /// Name of the energy, for the colour bar.
@@ -103,6 +106,7 @@ impl BarrierPicture {
             leaves: leaves_of(network),
             key: Key::default(),
             links: links.collect(),
+            notes: Vec::new(),
             title: String::new(),
             energy_label: "energy".to_owned(),
             members_label: "members".to_owned(),
@@ -130,14 +134,17 @@ impl BarrierPicture {
         self.check()?;
         let links = self.drawn_links();
         let widths = Widths::new(self, &links);
-        let mut canvas = Canvas::new(self.size[0], self.size[1]);
+        let room = notes_height(self.notes.len());
+        let mut canvas = Canvas::new(self.size[0], self.size[1] + room);
         let top = draw_title(&mut canvas, &self.title);
-        let area = 0.75 * canvas.width() * (canvas.height() - top);
+        let bottom = f64::from(self.size[1]);
+        let area = 0.75 * canvas.width() * (bottom - top);
         let scale = self.disc_scale(area);
         let legend = self.legend(&links, &widths, scale);
         let right = canvas.width() - MARGIN - legend.width();
-        legend.draw(&mut canvas, [right, top]);
-        let frame = [[MARGIN, top], [right - 34.0, canvas.height() - MARGIN]];
+        legend.draw(&mut canvas, [right, top], bottom - MARGIN);
+        draw_notes(&mut canvas, &self.notes);
+        let frame = [[MARGIN, top], [right - 34.0, bottom - MARGIN]];
         if self.energies.is_empty() {
             let face = TextFace::new(TEXT, INK).anchored(Anchor::Middle);
             canvas.text(

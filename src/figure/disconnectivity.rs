@@ -10,6 +10,7 @@ use super::leaf::{
 use super::leaf_values::{AXIS_ROOM, LeafValues};
 use super::legend::Legend;
 use super::look::{Key, Look};
+use super::notes::{draw_notes, notes_height};
 use super::strip::{PICTURE_DENSITY, Picture, draw_row, row_height};
 use super::style::{Anchor, Colour, Stroke, TextFace};
 use super::theme::{INK, LINE, MARGIN, PALE_LINE, TEXT, UNLABELLED, WHITE};
@@ -52,6 +53,8 @@ pub struct DisconnectivityPicture {
     pub place_by: Option<LeafValues>,
     /// Colours the circles by a quantity, in place of their labels.
     pub colour_by: Option<LeafValues>,
+    /// What names of leaves mean: lines below the graph and the pictures, each a name and a text.
+    pub notes: Vec<(String, String)>,
     /// Pictures of some leaves. They stand below the graph in the order of the branches, and the line above each has the
     /// look of the leaf if the leaf has a label.
     pub examples: Vec<(usize, Picture)>,
@@ -83,6 +86,7 @@ impl DisconnectivityPicture {
             size: [1200, 860],
             place_by: None,
             colour_by: None,
+            notes: Vec::new(),
             examples: Vec::new(),
         }
     }
@@ -118,7 +122,8 @@ impl DisconnectivityPicture {
         for values in [&self.place_by, &self.colour_by].into_iter().flatten() {
             values.check(count)?;
         }
-        let mut canvas = Canvas::new(self.size[0], self.size[1] + self.room_for_examples());
+        let below = self.room_for_examples() + notes_height(self.notes.len());
+        let mut canvas = Canvas::new(self.size[0], self.size[1] + below);
         let top = draw_title(&mut canvas, &self.title);
         let layout = match &self.place_by {
             Some(values) => values.place(&self.tree),
@@ -127,7 +132,8 @@ impl DisconnectivityPicture {
         let scale = self.disc_scale(&layout, canvas.width());
         let legend = self.legend(scale);
         let right = canvas.width() - MARGIN - legend.width();
-        legend.draw(&mut canvas, [right, top]);
+        legend.draw(&mut canvas, [right, top], f64::from(self.size[1]) - MARGIN);
+        draw_notes(&mut canvas, &self.notes);
         let plot = Plot::new(
             self,
             &layout,

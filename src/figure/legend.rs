@@ -4,7 +4,7 @@ use super::axis::{self, Span};
 use super::canvas::Canvas;
 use super::look::Look;
 use super::style::{Anchor, Colour, Stroke, TextFace};
-use super::theme::{INK, LINE, MARGIN, TEXT, sequential};
+use super::theme::{INK, LINE, TEXT, sequential};
 
 const SIZE: f64 = 0.9 * TEXT;
 const ROW: f64 = 1.42 * SIZE;
@@ -177,10 +177,9 @@ impl Legend {
             .sum()
     }
 
-    /// Draws the column with its upper left corner at `[left, top]`. It is squeezed if it would pass the bottom margin, except
-    /// for large symbols, whose size means something.
-    pub fn draw(&self, canvas: &mut Canvas, [left, top]: [f64; 2]) {
-        let bottom = canvas.height() - MARGIN;
+    /// Draws the column with its upper left corner at `[left, top]`. It is squeezed if it would pass `bottom`, except for
+    /// large symbols, whose size means something.
+    pub fn draw(&self, canvas: &mut Canvas, [left, top]: [f64; 2], bottom: f64) {
         let middle = left + 0.5 * self.sample_width();
         let beside = left + self.sample_width() + GAP;
         let large = self.rows.iter().filter(|(sample, _)| sample.is_large());

@@ -52,6 +52,8 @@ mod leaf;
 #[cfg(feature = "topography")]
 mod leaf_values;
 #[cfg(feature = "topography")]
+mod notes;
+#[cfg(feature = "topography")]
 mod rarefaction;
 #[cfg(feature = "grasp")]
 mod scene;

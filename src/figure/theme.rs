@@ -23,7 +23,7 @@ pub const WHITE: Colour = Colour::new(255, 255, 255);
 pub const UNLABELLED: Colour = Colour::new(0x7B, 0x8F, 0xA8);
 
 /// Colour of what is of no kind in a list.
-pub(super) const UNLISTED: Colour = Colour::new(0xD3, 0xD7, 0xDD);
+pub(super) const UNLISTED: Colour = Colour::new(0xDA, 0xDC, 0xE0);
 /// Colour of what a picture does not tell apart.
 pub(super) const OTHER: Colour = Colour::new(0x6B, 0x73, 0x80);
 
@@ -34,7 +34,7 @@ pub(super) const SHADES: [[Colour; 3]; 3] = [
     [
         Colour::new(0x00, 0x9E, 0x73),
         Colour::new(0x1C, 0x55, 0x52),
-        Colour::new(0x7F, 0xD0, 0xB0),
+        Colour::new(0x82, 0xD3, 0xB3),
     ],
     [
         Colour::new(0xF0, 0xE4, 0x42),

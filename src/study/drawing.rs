@@ -111,6 +111,8 @@ pub struct Drawing<'a> {
     pub leaves: Vec<Leaf>,
     /// The group of each minimum, numbered without gaps.
     pub group_of: Vec<usize>,
+    /// Names that a person would give the groups; empty if there are none.
+    pub group_names: Vec<String>,
     /// Texts of the pictures.
     pub titles: &'a Titles,
     /// Which part is shown.
@@ -224,8 +226,15 @@ const PRUNED: usize = 400;
 /// Greatest number of groups or minima that are named in pictures, as in `inspect --path g0 g4`. More names would hide them.
 pub(super) const MOST_NAMED: usize = 60;
 
+/// Greatest number of groups whose names are spelled out below pictures.
+const MOST_EXPLAINED: usize = 8;
+/// Least number of members of these groups.
+const LEAST_EXPLAINED: usize = 3;
+
 struct Shown<'a> {
     resolution: Resolution,
+    /// What the leaves are called beside their numbers; empty if nothing.
+    names: &'a [String],
     quantities: Quantities,
     examples: Vec<(MinimumId, Picture)>,
     network: &'a Network,
@@ -302,6 +311,7 @@ impl Drawing<'_> {
         let groups_tree = collapse(self.tree, &self.group_of);
         let of_groups = Shown {
             resolution: Resolution::Groups,
+            names: &self.group_names,
             quantities: self.quantities.of(&lowest),
             examples: (self.examples.iter())
                 .map(|(minimum, picture)| (MinimumId(self.group_of[minimum.0]), picture.clone()))
@@ -316,6 +326,7 @@ impl Drawing<'_> {
         };
         let of_minima = Shown {
             resolution: Resolution::Minima,
+            names: &[],
             quantities: self.quantities.clone(),
             examples: Vec::new(),
             network: self.network,
@@ -409,6 +420,7 @@ impl Drawing<'_> {
         let mut tree = DisconnectivityPicture::new(drawn.tree, &Network::default());
         tree.leaves = leaves_shown(shown, view);
         tree.key = looks::key();
+        tree.notes = notes(shown, view);
         tree.support = carried((&shown.tree, &shown.support), &tree.tree, |leaf| {
             view.minima[leaf]
         });
@@ -438,6 +450,7 @@ impl Drawing<'_> {
         let mut graph = BarrierPicture::new(network.as_ref().unwrap_or(shown.network));
         graph.leaves = leaves_shown(shown, view);
         graph.key = looks::key();
+        graph.notes = notes(shown, view);
         graph.title = title;
         self.titles.energy.clone_into(&mut graph.energy_label);
         self.titles.members.clone_into(&mut graph.members_label);
@@ -468,6 +481,23 @@ fn leaves_shown(shown: &Shown<'_>, view: &View) -> Vec<Leaf> {
     let leaves = view.minima.iter();
     leaves
         .map(|minimum| shown.leaves[minimum.0].clone())
+        .collect()
+}
+
+/// Names of the largest leaves that several members are in, in the order of their numbers.
+fn notes(shown: &Shown<'_>, view: &View) -> Vec<(String, String)> {
+    let members = |leaf: usize| shown.leaves[leaf].members;
+    let mut named: Vec<usize> = (view.minima.iter())
+        .map(|minimum| minimum.0)
+        .filter(|leaf| members(*leaf) >= LEAST_EXPLAINED)
+        .filter(|leaf| shown.names.get(*leaf).is_some_and(|name| !name.is_empty()))
+        .collect();
+    named.sort_by_key(|leaf| (std::cmp::Reverse(members(*leaf)), *leaf));
+    named.truncate(MOST_EXPLAINED);
+    named.sort_unstable();
+    let caption = |leaf: usize| shown.leaves[leaf].caption.clone();
+    (named.into_iter())
+        .filter_map(|leaf| Some((caption(leaf)?, shown.names[leaf].clone())))
         .collect()
 }
 

@@ -8,15 +8,19 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::tables::Mapped;
-use crate::evaluation::contact_regions;
+use crate::evaluation::regions_within;
 use crate::evaluation::taxonomy::{Anatomy, Labeller, Rule, Verdict};
 use crate::grasp::GraspEnergy;
 use crate::hand::{Hand, PosedHand};
 use crate::object::Object;
+use crate::store::Manifest;
 use crate::topography::Minimum;
 
 /// Share of the grasps of a group that must agree on a direction or a place, so that it becomes part of the name.
 const AGREED: f64 = 2.0 / 3.0;
+/// Greatest gap of a part that presses, metres. It is less than that of the strict filter, because a palm that lies beside the
+/// object would make a grasp of the finger pads one of the whole hand.
+const PRESSED_M: f64 = 0.001;
 /// How many times as long as wide an object has ends.
 const ELONGATED: f64 = 1.3;
 /// Sine of the angle of 30° to the cross section of the object within which the thumb lies across it.
@@ -33,18 +37,28 @@ pub struct GroupName {
     pub minima: usize,
     /// Number of its grasps.
     pub grasps: usize,
-    /// The whole name, such as `Medium Wrap, whole hand, thumb up`.
+    /// The whole name, such as `Medium Wrap, whole hand, thumb up`. It ends its label with "and others" if less than half of the
+    /// grasps have it.
     pub name: String,
     /// The most frequent label; `None` where no grasp has one.
     pub label: Option<String>,
     /// Share of the grasps that have this label.
     pub label_share: f64,
-    /// Digits, and the palm, that touch the object in more than half of the grasps.
+    /// Digits, and the palm, that are at most 1 mm off the object in more than half of the grasps.
     pub digits: Vec<String>,
     /// Where the side of the thumb points, if two thirds of the grasps agree: up, down or across on an object that stands.
     pub thumb: Option<String>,
     /// The end of a long object at which the contacts are, if two thirds of the grasps agree.
     pub place: Option<String>,
+}
+
+impl GroupName {
+    /// The names of all groups of a finished landscape; empty if it has none, as that of a surface.
+    pub fn of_manifest(manifest: &Manifest) -> Vec<Self> {
+        let names = manifest.findings.get("group_names");
+        let names = names.map(|names| serde_json::from_value(names.clone()));
+        names.and_then(Result::ok).unwrap_or_default()
+    }
 }
 
 /// What is told of one minimum.
@@ -77,7 +91,7 @@ pub(super) fn group_names(mapped: &Mapped<'_>, energy: &GraspEnergy) -> Vec<Grou
                 *labels.entry(label.clone()).or_default() += 1;
             }
         }
-        let touching = contact_regions(hand, object, x);
+        let touching = regions_within(hand, object, x, PRESSED_M);
         let centre = energy.contact_centre(x, &energy.contacts(x));
         let thumb = axis.as_ref().zip(anatomy.as_ref()).map(|(axis, anatomy)| {
             let mut posed = PosedHand::default();
@@ -135,8 +149,16 @@ fn name_of(group: usize, members: &[&Told], hand: &Hand) -> GroupName {
     let thumb = agreed(|told| told.thumb.as_ref());
     let place = agreed(|told| told.place.as_ref());
     let digits_told = spell_digits(&digits, hand);
+    let told_label = label.as_ref().map(|label| {
+        let others = if 2 * count < grasps {
+            " and others"
+        } else {
+            ""
+        };
+        format!("{label}{others}")
+    });
     let parts = [
-        label.clone(),
+        told_label,
         digits_told,
         thumb.as_ref().map(|thumb| format!("thumb {thumb}")),
         place.clone(),
@@ -287,6 +309,15 @@ mod tests {
         let found = name_of(3, &[&wrap, &pinch], &hand);
         assert_eq!((found.group, found.minima, found.grasps), (3, 2, 8));
         assert!((found.label_share - 0.75).abs() < 1e-12);
+        let third = told(3, "Ring", &["thumb", "index"], "across");
+        assert_eq!(
+            named(&[&pinch, &third, &across]),
+            "Tip Pinch, thumb+index, thumb across"
+        );
+        assert_eq!(
+            named(&[&wrap, &across, &third]),
+            "Medium Wrap and others, thumb+index"
+        );
         assert_eq!(named(&[]), "");
     }
 }

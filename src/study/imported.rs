@@ -213,6 +213,7 @@ impl<'a> ImportedLandscape<'a> {
             attempts: &Attempts::default(),
             leaves: leaves_of(&self.network),
             group_of: self.groups.group_of(),
+            group_names: Vec::new(),
             titles: &Titles::of_surface(self.source.name.clone(), "members", 0),
             views: Views::default(),
             quantities: Quantities::default(),

@@ -123,7 +123,8 @@ impl GraspReport<'_> {
         let files = self.files(&mapped, &merges, &uncertainty, &names);
         let difference = CURVATURE_STEP * self.found.settings.path.max_step;
         let database = Database::from_landscape(self.energy, mapped.landscape, difference);
-        mapped.draw(&titles, Views::default(), &database, folder)?;
+        let spelled = names.iter().map(|group| group.name.clone()).collect();
+        mapped.draw(&titles, Views::default(), &database, spelled, folder)?;
         uncertainty.unseen.draw(&titles.title, folder)?;
         let mut inputs = vec![self.source.clone()];
         inputs.extend(self.found.growth.iter().map(|growth| growth.onto.clone()));

@@ -216,7 +216,7 @@ impl SurfaceReport<'_> {
             lowest: self.lowest.map(|report| report.sought),
             ..Views::default()
         };
-        mapped.draw(&titles, views, &database, folder)?;
+        mapped.draw(&titles, views, &database, Vec::new(), folder)?;
         uncertainty.unseen.draw(&titles.title, folder)?;
         conclude(&files, &self.summary(&merges), folder)
     }

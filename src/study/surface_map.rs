@@ -185,7 +185,7 @@ impl SurfaceMapReport<'_> {
         let titles = Titles::of_surface(title, "starting points", self.found.settings.seed);
         let difference = CURVATURE_STEP * self.found.settings.path.max_step;
         let database = Database::from_landscape(self.subject.energy, mapped.landscape, difference);
-        mapped.draw(&titles, Views::default(), &database, folder)?;
+        mapped.draw(&titles, Views::default(), &database, Vec::new(), folder)?;
         uncertainty.unseen.draw(&titles.title, folder)?;
         conclude(&files, &self.summary(&merges, &files), folder)
     }

@@ -168,6 +168,7 @@ impl Mapped<'_> {
         titles: &Titles,
         views: Views,
         database: &Database,
+        group_names: Vec<String>,
         folder: &AtomicFolder,
     ) -> Result<(), StudyError> {
         let network = &self.landscape.network;
@@ -184,6 +185,7 @@ impl Mapped<'_> {
             attempts: &self.landscape.attempts,
             leaves: leaves.collect(),
             group_of: self.landscape.groups.group_of(),
+            group_names,
             titles,
             views,
             quantities: Quantities::default(),

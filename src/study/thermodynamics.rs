@@ -205,6 +205,7 @@ impl<'a> Thermodynamics<'a> {
             attempts: &Attempts::default(),
             leaves,
             group_of: groups.group_of(),
+            group_names: Vec::new(),
             titles: &titles,
             views: Views::default(),
             quantities: Quantities::default(),

@@ -300,7 +300,7 @@ fn draw_inside(canvas: &mut Canvas, frame: Frame, corner: Corner, legend: &Legen
         [left + width + pad, top + height],
         WHITE.with_opacity(0.85),
     );
-    legend.draw(canvas, [left, top]);
+    legend.draw(canvas, [left, top], frame.bottom);
 }
 
 /// The colour of each name.

@@ -426,16 +426,9 @@ pub fn mean_compliance(
     axes: &Matrix3<f64>,
     settings: &ComplianceSettings,
 ) -> Compliance {
-    let cone = Cone::new(settings.friction, settings.friction_rounding);
-    let support = settings.load / settings.free_motion;
-    let groups: Vec<Group> = nodes.chunks(LANES).map(Group::of).collect();
-    let mut slopes = vec![[[0.0; LANES]; 7]; groups.len()];
-    let mut stuck = multiple(support);
-    for node in nodes {
-        add_stuck(&mut stuck, node.stiffness, &node.arm);
-    }
-    let stuck = Factors::of(&stuck);
-    let c = settings.rounding * 0.5 * settings.load * settings.free_motion;
+    let springs = Springs::of(nodes, settings);
+    let mut slopes = vec![[[0.0; LANES]; 7]; springs.groups.len()];
+    let c = springs.rounding;
     let (mut free, mut value) = (0.0, 0.0);
     let mut by_rotation = Vector3::zeros();
     for k in 0..8 {
@@ -448,16 +441,15 @@ pub fn mean_compliance(
         let force = direction * size;
         let mut load = [0.0; 6];
         load[first..first + 3].copy_from_slice(force.as_slice());
-        free += (0.5 * size * size / support + c).sqrt() - c.sqrt();
-        let start = stuck.as_ref().map_or([0.0; 6], |s| s.solve(&load));
-        let (y, compliance) = maximise(&groups, &load, start, support, &cone);
+        free += springs.free_root(size);
+        let (y, compliance) = springs.under(&load);
         let root = (compliance.max(0.0) + c).sqrt();
         value += root - c.sqrt();
         let factor = 0.5 / root;
         pulp::Arch::new().dispatch(AddSlopes {
-            groups: &groups,
+            groups: &springs.groups,
             at: &y,
-            cone: &cone,
+            cone: &springs.cone,
             factor,
             slopes: &mut slopes,
         });
@@ -478,6 +470,51 @@ pub fn mean_compliance(
         by_arm: vectors(1),
         by_normal: vectors(4),
         by_rotation: by_rotation / free,
+    }
+}
+
+/// Contacts as springs beside the weak support.
+struct Springs {
+    groups: Vec<Group>,
+    /// The stiffness where all contacts stick.
+    stuck: Option<Factors>,
+    cone: Cone,
+    /// Stiffness of the support.
+    support: f64,
+    /// c in the formula of [`mean_compliance`].
+    rounding: f64,
+}
+
+impl Springs {
+    fn of(nodes: &[Node], settings: &ComplianceSettings) -> Self {
+        let support = settings.load / settings.free_motion;
+        let mut stuck = multiple(support);
+        for node in nodes {
+            add_stuck(&mut stuck, node.stiffness, &node.arm);
+        }
+        Self {
+            groups: nodes.chunks(LANES).map(Group::of).collect(),
+            stuck: Factors::of(&stuck),
+            cone: Cone::new(settings.friction, settings.friction_rounding),
+            support,
+            rounding: settings.rounding * 0.5 * settings.load * settings.free_motion,
+        }
+    }
+
+    /// The motion y of the object under a load, and C.
+    fn under(&self, load: &[f64; 6]) -> ([f64; 6], f64) {
+        let start = self.stuck.as_ref().map_or([0.0; 6], |s| s.solve(load));
+        maximise(&self.groups, load, start, self.support, &self.cone)
+    }
+
+    /// √(C + c) − √c.
+    fn root(&self, compliance: f64) -> f64 {
+        (compliance.max(0.0) + self.rounding).sqrt() - self.rounding.sqrt()
+    }
+
+    /// The same for the support alone under a load of this size.
+    fn free_root(&self, size: f64) -> f64 {
+        self.root(0.5 * size * size / self.support)
     }
 }
 
@@ -504,28 +541,17 @@ pub fn load_compliance(
     axes: &Matrix3<f64>,
     settings: &ComplianceSettings,
 ) -> LoadCompliance {
-    let cone = Cone::new(settings.friction, settings.friction_rounding);
-    let support = settings.load / settings.free_motion;
-    let groups: Vec<Group> = nodes.chunks(LANES).map(Group::of).collect();
-    let mut stuck = multiple(support);
-    for node in nodes {
-        add_stuck(&mut stuck, node.stiffness, &node.arm);
-    }
-    let stuck = Factors::of(&stuck);
-    let c = settings.rounding * 0.5 * settings.load * settings.free_motion;
-    let root = |compliance: f64| (compliance.max(0.0) + c).sqrt() - c.sqrt();
+    let springs = Springs::of(nodes, settings);
     let diagonals = DIRECTIONS.map(|direction| Vector3::from(direction) / 3.0_f64.sqrt());
     let along = [Vector3::x(), Vector3::y(), Vector3::z()];
     let directions = along.into_iter().chain(diagonals);
     let directions: Vec<_> = directions.flat_map(|u| [axes * u, -(axes * u)]).collect();
     let under = |first: usize, size: f64| {
-        let free = root(0.5 * size * size / support);
-        let (groups, stuck, cone) = (&groups, &stuck, &cone);
+        let (springs, free) = (&springs, springs.free_root(size));
         directions.iter().map(move |direction| {
             let mut load = [0.0; 6];
             load[first..first + 3].copy_from_slice((direction * size).as_slice());
-            let start = stuck.as_ref().map_or([0.0; 6], |s| s.solve(&load));
-            root(maximise(groups, &load, start, support, cone).1) / free
+            springs.root(springs.under(&load).1) / free
         })
     };
     let torques = under(3, settings.load * settings.torque_share);
