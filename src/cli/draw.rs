@@ -156,18 +156,18 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
         (Some(types), Some(count)) => types.examples(&files, (&group_of, &leaves), count),
         _ => Vec::new(),
     };
-    let group_names = match group_barrier {
-        // The names are those of the groups of the map.
-        Some(_) => Vec::new(),
-        None => GroupName::of_manifest(&files.manifest),
-    };
+    // The names are those of the groups of the map.
+    let as_mapped = crate::study::group_of(&files, &network, None) == group_of;
+    let group_names = GroupName::of_manifest(&files.manifest)
+        .into_iter()
+        .filter(|_| as_mapped);
     let drawing = Drawing {
         network: &network,
         tree: &tree,
         attempts: &read_attempts(&command.landscape, &files)?,
         leaves,
         group_of,
-        group_names: group_names.into_iter().map(|group| group.name).collect(),
+        group_names: group_names.map(|group| group.name).collect(),
         titles: &titles,
         views,
         quantities: quantities(command, &files.minima)?,
