@@ -48,10 +48,11 @@ impl GraspEnergy {
         Some(self.at(x, |evaluation| evaluation.term(&term)))
     }
 
-    /// How much the elastic layer gives under single loads at pose `x`; `None` for an energy without a layer.
+    /// How much the elastic layer gives under single loads at pose `x`, as the strict filter judges it
+    /// ([`LayerSettings::judging`]); `None` for an energy without a layer.
     pub fn load_compliance(&self, x: &[f64]) -> Option<LoadCompliance> {
         let term = LayerCompliance {
-            settings: self.settings.layer?,
+            settings: self.settings.layer?.judging(),
         };
         Some(self.at(x, |evaluation| evaluation.under_loads(&term)))
     }

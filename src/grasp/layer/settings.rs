@@ -22,7 +22,8 @@ pub struct LayerSettings {
     pub torque_share: f64,
     /// Distance between the patches of a link over which the layer is averaged, metres.
     pub patch_spacing_m: f64,
-    /// Greatest compliance under a force in any direction of a hand that holds, of 1 for a hand that has let go.
+    /// Greatest compliance under a force in any direction of a hand that holds, of 1 for a hand that has let go. The layer is
+    /// then [`LayerSettings::judging`].
     pub most_force_compliance: f64,
     /// The same of the mean compliance under torques.
     pub most_torque_compliance: f64,
@@ -61,8 +62,8 @@ impl Default for LayerSettings {
             load: 1.0,
             torque_share: 0.1,
             patch_spacing_m: 0.025,
-            most_force_compliance: 0.15,
-            most_torque_compliance: 0.35,
+            most_force_compliance: 0.3,
+            most_torque_compliance: 0.4,
             free_motion: 100.0,
             compliance_rounding: 0.01,
             skin_m: [0.003, -0.001],
@@ -93,7 +94,30 @@ pub(crate) fn step(s: f64, [zero, one]: [f64; 2]) -> (f64, f64) {
     (value, slope / (one - zero))
 }
 
+/// Friction with which a hand is judged, as a share of that of the energy.
+const JUDGING_FRICTION: f64 = 0.875;
+/// Gap at which the near part of the layer begins to carry when a hand is judged, as a share of that of the energy.
+const JUDGING_SKIN: f64 = 0.5;
+
 impl LayerSettings {
+    /// The layer with which the strict filter judges a hand: with less friction, without the farther part, and with half the
+    /// gap of the near part, so that a part of the hand more than 1.5 mm off the object carries nothing. The energy needs a
+    /// deep layer, which draws hands to the object, but a hand that holds by it alone holds nothing in a simulation of rigid
+    /// bodies.
+    #[must_use]
+    pub fn judging(&self) -> Self {
+        let [begins_m, ends_m] = self.skin_m;
+        Self {
+            friction: JUDGING_FRICTION * self.friction,
+            skin_m: [
+                (JUDGING_SKIN * begins_m).max(0.5 * (begins_m + ends_m)),
+                ends_m,
+            ],
+            far_share: 0.0,
+            ..*self
+        }
+    }
+
     /// Whether a hand that gives so much holds.
     pub fn holds(&self, found: &LoadCompliance) -> bool {
         found.force <= self.most_force_compliance && found.torque <= self.most_torque_compliance
