@@ -464,22 +464,25 @@ impl<'a> Plot<'a> {
             canvas.symbol(look.symbol, at, (radius, 2.0 * rim), WHITE);
             look.draw(canvas, at, radius, rim);
         }
-        let captions = || leaves.iter().filter_map(|leaf| leaf.caption.as_deref());
-        let room = 0.95 * self.x[1];
         // At their values, leaves may stand anywhere.
-        let side_by_side = self.picture.place_by.is_none();
-        if side_by_side && captions().all(|caption| text_width(caption, TEXT, false) <= room) {
-            for (index, leaf) in leaves.iter().enumerate() {
-                let [x, y] = self.at(index);
-                let [_, _, reach] = looks.look(leaf).symbol.reach();
-                let below = y + reach * self.scale.radius(leaf.members) + 0.75 * TEXT;
-                let face = TextFace::new(TEXT, INK).anchored(Anchor::Middle);
-                canvas.text(
-                    [x, below],
-                    leaf.caption.as_deref().unwrap_or_default(),
-                    face,
-                );
-            }
+        if self.picture.place_by.is_some() {
+            return;
+        }
+        let room = 0.95 * self.x[1];
+        let captions = || leaves.iter().filter_map(|leaf| leaf.caption.as_deref());
+        let all_fit = captions().all(|caption| text_width(caption, TEXT, false) <= room);
+        let explained = |caption: &str| self.picture.notes.iter().any(|(name, _)| name == caption);
+        for (index, leaf) in leaves.iter().enumerate() {
+            let caption = leaf.caption.as_deref();
+            // Of many leaves, those that the notes below explain have names.
+            let Some(caption) = caption.filter(|caption| all_fit || explained(caption)) else {
+                continue;
+            };
+            let [x, y] = self.at(index);
+            let [_, _, reach] = looks.look(leaf).symbol.reach();
+            let below = y + reach * self.scale.radius(leaf.members) + 0.75 * TEXT;
+            let face = TextFace::new(TEXT, INK).anchored(Anchor::Middle);
+            canvas.text([x, below], caption, face);
         }
     }
 }
