@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use landscape::evaluation::taxonomy::{Category, Taxonomy};
+use landscape::figure::{Hue, Look};
 use serde_json::json;
 
 use super::{desk_with_page, made, succeed};
@@ -221,11 +223,15 @@ finish(told);
     assert_eq!(dots.len(), sorted("words").len(), "{dots:?}");
     assert_eq!(told["exact"], json!([true, true, true]));
     assert_eq!(told["chip"], "power/palm/2-5/abducted×");
-    // The first of the precision types and the first that the taxonomy does not know.
-    let tripod = landscape::figure::Look::of_hue(landscape::figure::Hue::Green, 9);
-    let [red, green, blue] = tripod.colour.rgb;
-    let fill = format!("fill=\"#{red:02x}{green:02x}{blue:02x}\"");
-    assert_says(told["tree"].as_str().unwrap(), &[&fill]);
+    // One of the precision types, and the first label that the taxonomy does not know.
+    let feix = Taxonomy::feix();
+    let mut precision = (feix.types.iter()).filter(|entry| entry.category == Category::Precision);
+    let place = precision.position(|entry| entry.name == "Tripod").unwrap();
+    for look in [Look::of_hue(Hue::Green, 1 + place), Look::in_turn(0)] {
+        let [red, green, blue] = look.colour.rgb;
+        let fill = format!("fill=\"#{red:02x}{green:02x}{blue:02x}\"");
+        assert_says(told["tree"].as_str().unwrap(), &[&fill]);
+    }
 }
 
 #[test]
