@@ -288,9 +288,11 @@ fn derivatives_at_minima_converge() {
         converging += 1;
         let [one, other] = [v.dot(&product(&u, 1e-5)), u.dot(&product(&v, 1e-5))];
         let size = u.dot(&product(&u, 1e-5)).abs() + v.dot(&product(&v, 1e-5)).abs();
+        // Beside what is left of the error of the differences.
+        let left = fine * (u.norm() + v.norm());
         assert!(
-            (one - other).abs() < 1e-3 * size,
-            "grasp {name}: {one} {other} of {size}"
+            (one - other).abs() < 1e-3 * size + left,
+            "grasp {name}: {one} {other} of {size}, {left}"
         );
     }
     assert!(
