@@ -61,7 +61,8 @@ impl GraspEnergy {
     /// a layer.
     pub fn withstands_loads(&self, x: &[f64]) -> Option<bool> {
         let found = self.load_compliance(x)?;
-        Some(self.settings.layer?.holds(&found))
+        let fingers = self.hand.digits.len().saturating_sub(1);
+        Some(self.settings.layer?.holds(&found, fingers))
     }
 
     /// Greatest depth at pose `x` of hand or object in the other, metres; 0 without overlap ([`deepest_m`]).

@@ -25,7 +25,7 @@ pub struct LayerSettings {
     /// Greatest compliance under a force in any direction of a hand that holds, of 1 for a hand that has let go. The layer is
     /// then [`LayerSettings::judging`].
     pub most_force_compliance: f64,
-    /// The same of the mean compliance under torques.
+    /// The same of the mean compliance under torques, for hands with more than two digits.
     pub most_torque_compliance: f64,
     /// How far a test load moves an object that nothing holds, in the same unit of length.
     pub free_motion: f64,
@@ -118,9 +118,11 @@ impl LayerSettings {
         }
     }
 
-    /// Whether a hand that gives so much holds.
-    pub fn holds(&self, found: &LoadCompliance) -> bool {
-        found.force <= self.most_force_compliance && found.torque <= self.most_torque_compliance
+    /// Whether a hand with so many digits besides the palm holds if it gives so much. Torques do not count for two digits,
+    /// since no pinch resists the torque about the line between its contacts.
+    pub fn holds(&self, found: &LoadCompliance, digits: usize) -> bool {
+        let turns = digits > 2 && found.torque > self.most_torque_compliance;
+        found.force <= self.most_force_compliance && !turns
     }
 
     /// The numbers by name and their limits.

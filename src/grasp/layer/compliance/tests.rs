@@ -1,4 +1,5 @@
 use super::*;
+use crate::grasp::layer::LayerSettings;
 use crate::sample::{Rng, Task, stream};
 use nalgebra::Vector6;
 use rand::RngExt;
@@ -104,6 +105,16 @@ fn single_loads_show_where_a_hand_does_not_hold() {
         "{two:?} {three:?}"
     );
     assert!(three.torque < 0.5 * two.torque, "{two:?} {three:?}");
+}
+
+#[test]
+fn two_jaws_need_not_resist_the_torque_about_their_line() {
+    let layer = LayerSettings::default();
+    let [force, torque] = [0.1, 0.9];
+    let pinch = LoadCompliance { force, torque };
+    assert!(layer.holds(&pinch, 2) && !layer.holds(&pinch, 3));
+    let slack = LoadCompliance { force: 0.9, torque };
+    assert!(!layer.holds(&slack, 2));
 }
 
 /// Strong duality: the least energy of forces in their cones, found by projected gradient steps on the first form, is
