@@ -18,9 +18,10 @@ use crate::store::{Source, content_hash};
 
 /// Arguments that change no byte of what is written: speed, verbosity, patience, overwriting, resuming, names, whether there
 /// is a page and it is opened, and how many grasps are dropped after they are written.
-const WITHOUT_TRACE: [&str; 14] = [
+const WITHOUT_TRACE: [&str; 15] = [
     "threads",
     "worker",
+    "task",
     "log_format",
     "quiet",
     "json",

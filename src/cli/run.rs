@@ -11,7 +11,7 @@ use crate::printable::counted;
 use crate::store::{
     AtomicFolder, Journal, Machine, Phase as Timing, StoreError, Timings, Worker, WorkersJournal,
 };
-use crate::topography::{GuardedJournal, Phase, Progress};
+use crate::topography::{self, GuardedJournal, Phase, Progress};
 
 /// The folder of a run with its journal.
 pub(super) struct Unfinished {
@@ -241,7 +241,7 @@ fn tell(journal: &WorkersJournal, path: &Path, quiet: bool) {
 }
 
 /// The journal of a run that a caller may end ([`stop`](super::stop)).
-pub(super) fn stoppable(journal: &WorkersJournal) -> GuardedJournal<'_> {
+pub(super) fn stoppable(journal: &dyn topography::Journal) -> GuardedJournal<'_> {
     GuardedJournal {
         journal,
         check: &interruption::check,
