@@ -18,9 +18,8 @@ use crate::store::{Source, content_hash};
 
 /// Arguments that change no byte of what is written: speed, verbosity, patience, overwriting, resuming, names, whether there
 /// is a page and it is opened, and how many grasps are dropped after they are written.
-const WITHOUT_TRACE: [&str; 15] = [
+const WITHOUT_TRACE: [&str; 14] = [
     "threads",
-    "worker",
     "task",
     "log_format",
     "quiet",

@@ -173,7 +173,7 @@ pub enum StoreError {
     NotAJournal(PathBuf),
     /// Another process is writing the journal.
     #[error(
-        "another process is writing {}: wait for it, or let both share the work (--worker)",
+        "another process is writing {}: wait until it ends, or name another output",
         written(.0).display()
     )]
     InUse(PathBuf),

@@ -10,7 +10,7 @@ use crate::desk::Desk;
 use crate::{contents, grasps, in_cache, landscape};
 
 /// Section of the page, and a command of which it describes the document.
-const RUNS: [(&str, &str); 45] = [
+const RUNS: [(&str, &str); 41] = [
     (
         "synth",
         "synth --object ball -n 4 --preset four_points --steps 40 --keep all --drop 2 -o s.parquet",
@@ -84,16 +84,6 @@ const RUNS: [(&str, &str); 45] = [
         "rates",
         "rates muller-brown.landscape --from m1 --to m0 --temperature 10,20",
     ),
-    (
-        "a worker",
-        "synth --object ball -n 2 --preset four_points --steps 40 -o w.parquet --worker 1/2",
-    ),
-    (
-        "a worker",
-        "build g.parquet --first 3 -o shared.landscape --no-report --worker 1/2",
-    ),
-    ("status", "status w.parquet"),
-    ("status", "status g.parquet"),
     ("export", "export g.parquet csv -o e.csv"),
     ("export", "export g.parquet urdf -o hand"),
     ("config", "config build"),

@@ -328,7 +328,7 @@ const RUNS: [(&str, &[&str]); 24] = [
 ];
 
 /// Flags that do not change the output of these verbs, with the reason.
-const WITHOUT_TRACE: [(&str, &str); 18] = [
+const WITHOUT_TRACE: [(&str, &str); 17] = [
     (
         "drop",
         "tells how a sample fares; the file is written before",
@@ -350,7 +350,6 @@ const WITHOUT_TRACE: [(&str, &str); 18] = [
         "resume",
         "continues an interrupted run, which ends in the same bytes",
     ),
-    ("worker", "writes a journal only"),
     ("task", "maps a part, which ends in the same bytes"),
     ("fresh", "does what would have been done before"),
     ("output", "is the name of what is written"),
