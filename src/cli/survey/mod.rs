@@ -22,7 +22,7 @@ use crate::grasp::GraspEnergy;
 use crate::printable::counted;
 use crate::store::{FileSet, GraspFile, Population, Source, content_hash};
 use crate::study::{self, GraspMapSettings, StudyError, SurveyFailure, SurveyedPopulation};
-use crate::topography::{MemoryJournal, Phase, Run};
+use crate::topography::{MemoryJournal, Run};
 
 /// Name of the folder of landscapes in a survey.
 const LANDSCAPES: &str = "landscapes";
@@ -251,7 +251,7 @@ impl Survey {
         // Populations of one file follow each other.
         let mut opened: Option<(usize, GraspFile, String)> = None;
         let key = |task: &&Task| format!("population {}", task.name);
-        run.in_turn(Phase::Survey, tasks, key, |task| {
+        run.in_turn(tasks, key, |task| {
             interruption::keeps(&self.kept_in(output));
             let data = &plan.files[task.file];
             if opened.as_ref().is_none_or(|(file, ..)| *file != task.file) {
