@@ -64,7 +64,7 @@ fn a_published_network_has_its_published_rates() {
         let agree = |ours: f64, theirs: f64, tolerance: f64| {
             approx::assert_relative_eq!(ours, theirs, epsilon = 0.0, max_relative = tolerance);
         };
-        // PyGT works with the numbers themselves, which costs digits of Σ p/T at low temperatures (figures/kinetics.md).
+        // PyGT works with the numbers themselves, which costs digits of Σ p/T at low temperatures.
         let (most, sum) = (1e-9, 1e-5);
         agree(libm::exp(-to_a.mean_time), expected.mean_time_to_a, most);
         agree(libm::exp(-to_b.mean_time), expected.mean_time_to_b, most);

@@ -19,5 +19,5 @@ mod roc;
 mod saddles;
 mod sequential;
 mod spaces;
-#[path = "../analysis/waves.rs"]
+#[path = "../analysis/completeness/waves.rs"]
 mod waves;

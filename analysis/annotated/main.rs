@@ -17,7 +17,6 @@ mod limits;
 mod pairs;
 mod people;
 mod picture;
-#[path = "../reliability.rs"]
 mod reliability;
 mod report;
 mod targets;

@@ -9,10 +9,7 @@ use crate::case::{Case, Measure, Who};
 use crate::reliability::calibration_error;
 use crate::report::{FREQUENT, View, answered, per_grasp, per_type, reliability, types_of};
 
-/// What the rule before got right (the same file for the rule that is no longer in the project).
-const BEFORE: &str = "annotated_grasps_before.md";
 const FIXTURES: &str = "taxonomy_confusion.md";
-const WIDENED: &str = "calibration.md";
 const CALIBRATION: &str = "calibration error of the type's score";
 
 /// A measured number, and what it rests on.
@@ -204,31 +201,23 @@ fn of_people(views: &[&View<'_>], agreeing: bool) -> String {
     text
 }
 
-fn of_templates(templates: &View<'_>) -> Result<String, Failure> {
-    let before = Figure::read(BEFORE)?;
-    let row = "| Templates on the Shadow hand, without an object |";
+fn of_templates(templates: &View<'_>) -> String {
     let agreeing = templates.agreeing();
     let mut text = format!(
-        "\n| templates | bound | all {} | the rule before | label agrees with contact, {} | met? |\n|---|---|---|---|---|---|\n",
+        "\n| templates | bound | all {} | label agrees with contact, {} | met? |\n|---|---|---|---|---|\n",
         templates.cases.len(),
         agreeing.len()
     );
-    for (measure, bound, column) in [
-        (Measure::Category, 0.90, 1),
-        (Measure::Cell, 0.70, 4),
-        (Measure::Type, 0.55, 5),
+    for (measure, bound) in [
+        (Measure::Category, 0.90),
+        (Measure::Cell, 0.70),
+        (Measure::Type, 0.55),
     ] {
         let value = per_grasp(&templates.cases, measure);
-        let before = before.number(row, column)?;
-        let lower = if value < before / 100.0 {
-            ", and lower than before"
-        } else {
-            ""
-        };
         let bound = Bound::Least(bound);
         let _ = writeln!(
             text,
-            "| {} right | {} | {:.1} % | {before:.1} % | {:.1} % | {}{lower} |",
+            "| {} right | {} | {:.1} % | {:.1} % | {} |",
             measure.name(),
             bound.words(),
             100.0 * value,
@@ -241,12 +230,12 @@ fn of_templates(templates: &View<'_>) -> Result<String, Failure> {
     let value = error(&templates.cases);
     let _ = writeln!(
         text,
-        "| {CALIBRATION} | {} | {value:.3} | – | {:.3} | {} |",
+        "| {CALIBRATION} | {} | {value:.3} | {:.3} | {} |",
         bound.words(),
         error(&agreeing),
         if bound.met(value) { "yes" } else { "**no**" },
     );
-    Ok(text)
+    text
 }
 
 /// A figure that another program wrote.
@@ -271,81 +260,34 @@ impl Figure {
     }
 }
 
-/// Targets on fixtures, whose numbers stand in the figures of other programs.
+/// Targets on fixtures, whose numbers stand in the figure of another program.
 fn of_fixtures() -> Result<String, Failure> {
-    let (fixtures, widened) = (Figure::read(FIXTURES)?, Figure::read(WIDENED)?);
-    let mut text =
-        "\n| fixtures | bound | measured | met? | figure |\n|---|---|---|---|---|\n".to_owned();
-    let mut row = |name: &str, bound: Bound, value: f64, told: &str, figure: &str| {
-        let met = if bound.met(value) { "yes" } else { "**no**" };
+    let fixtures = Figure::read(FIXTURES)?;
+    let mut text = "\n| fixtures | bound | measured | met? |\n|---|---|---|---|\n".to_owned();
+    let mut row = |name: &str, bound: Bound, value: f64, count: f64| {
         let _ = writeln!(
             text,
-            "| {name} | {} | {told} | {met} | {figure} |",
-            bound.words()
+            "| fresh {name} | {} | {:.1} %: {:.0} of {count:.0} | {} |",
+            bound.words(),
+            100.0 * value,
+            value * count,
+            if bound.met(value) { "yes" } else { "**no**" },
         );
     };
     let posed = "| second held out, as posed |";
     let count = fixtures.number(posed, 0)?;
     for (name, column, bound) in [("category", 1, 0.95), ("cell", 3, 0.90), ("type", 4, 0.82)] {
         let value = fixtures.number(posed, column)?;
-        let told = format!("{:.1} %: {:.0} of {count:.0}", 100.0 * value, value * count);
-        let name = format!("fresh fixtures as posed, {name} right");
-        row(&name, Bound::Least(bound), value, &told, FIXTURES);
+        let name = format!("fixtures as posed, {name} right");
+        row(&name, Bound::Least(bound), value, count);
     }
     let (value, others) = (fixtures.number(posed, 9)?, fixtures.number(posed, 8)?);
-    let told = format!(
-        "{:.1} %: {:.0} of {others:.0}",
-        100.0 * value,
-        value * others
-    );
-    let most = Bound::Most(0.10);
     row(
-        "fresh invented non-grasps accepted",
-        most,
+        "invented non-grasps accepted",
+        Bound::Most(0.10),
         value,
-        &told,
-        FIXTURES,
+        others,
     );
-
-    // The probabilities of the columns are in percent here.
-    let condition = "| as posed |";
-    let right = |place: usize| -> Result<f64, Failure> {
-        let line = widened.0.lines().find(|line| line.starts_with(condition));
-        let cell = line.and_then(|line| line.split('|').nth(3));
-        let numbers = cell
-            .into_iter()
-            .flat_map(|cell| cell.split([',', '%', ' ']));
-        let found: Vec<f64> = numbers.filter_map(|word| word.parse().ok()).collect();
-        let found = found.get(place).ok_or("no share of widened fixtures")?;
-        Ok(found / 100.0)
-    };
-    for (place, (name, bound)) in [("category", 0.95), ("cell", 0.90), ("type", 0.82)]
-        .into_iter()
-        .enumerate()
-    {
-        let value = right(place)?;
-        let name = format!("widened fixtures as posed, {name} right");
-        let told = format!("{:.0} %", 100.0 * value);
-        row(&name, Bound::Least(bound), value, &told, WIDENED);
-    }
-    let value = widened.number(condition, 4)? / 100.0;
-    let told = format!("{:.0} %", 100.0 * value);
-    row(
-        "widened invented non-grasps accepted",
-        most,
-        value,
-        &told,
-        WIDENED,
-    );
-    for name in ["category", "cell", "type"] {
-        let start = format!("Reliability of the {name}, all conditions, calibration error ");
-        let line = widened.0.lines().find_map(|line| line.strip_prefix(&start));
-        let value = line.and_then(|rest| rest.trim_end_matches(':').parse::<f64>().ok());
-        let value = value.ok_or("no calibration error of widened fixtures")?;
-        let name = format!("widened fixtures, all conditions, calibration error of the {name}");
-        let told = format!("{value:.3}");
-        row(&name, Bound::MostError(0.10), value, &told, WIDENED);
-    }
     Ok(text)
 }
 
@@ -366,10 +308,10 @@ pub(crate) fn targets(views: &[View<'_>]) -> Result<String, Failure> {
     text += &of_people(&people, true);
     text += "\nTemplates of the types on the Shadow hand; the other two thirds of them are not at hand:\n";
     for templates in others {
-        text += &of_templates(templates)?;
+        text += &of_templates(templates);
     }
-    text += "\nFixtures and invented non-grasps have figures of their own, [taxonomy_confusion.md](taxonomy_confusion.md) and \
-             [calibration.md](calibration.md), from which these rows are read:\n";
+    text += "\nFixtures and invented non-grasps have a figure of their own, [taxonomy_confusion.md](taxonomy_confusion.md), from \
+             which these rows are read:\n";
     text += &of_fixtures()?;
     Ok(text)
 }

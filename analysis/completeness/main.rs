@@ -11,7 +11,6 @@ use rayon::prelude::*;
 use surfaces::Counted;
 
 mod surfaces;
-#[path = "../waves.rs"]
 mod waves;
 
 /// Named models, their numbers of minima and saddles, and the number of runs. `tests/completeness.rs` has a larger cluster,
