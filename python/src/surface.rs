@@ -214,7 +214,6 @@ impl Parts {
                 },
                 observer: &|news| watch.see(news),
                 enough: &enough,
-                ..Run::default()
             },
             stage_ended: &|_, _| (),
         };

@@ -13,15 +13,12 @@ use super::input;
 use super::output::{check_inputs, check_place};
 use super::provenance::name_of;
 use super::report;
-use super::run::{
-    Unfinished, Watch, check_resumable, end_journal, open_worker, print_worker, stoppable,
-};
-use super::workers::Share;
+use super::run::{Unfinished, Watch, check_resumable, stoppable};
 use crate::cli::printing::{explain, print_landscapes};
 use crate::grasp::GraspEnergy;
 use crate::limits::ENERGY_SCALE;
 use crate::printable::counted;
-use crate::store::{AtomicFolder, GraspFile, Population, Source, Worker, content_hash};
+use crate::store::{GraspFile, Population, Source, content_hash};
 use crate::study::{
     ConfigurationError, EarlierLandscape, GraspLandscape, GraspMapSettings, GraspReport,
     JoinedGrasps, MapSearch, MapSummary, StudyError, StudyRun, grow_population, map_population,
@@ -86,8 +83,6 @@ pub(super) struct Build {
     #[command(flatten)]
     page: WithPage,
     #[command(flatten)]
-    share: Share,
-    #[command(flatten)]
     again: Again,
 }
 
@@ -125,7 +120,7 @@ network (barriers.graphml), min.data and ts.data for PATHSAMPLE (with placeholde
 disconnectivity graph, the barrier graph and a rarefaction curve (SVG and PNG), summary.md, and report.html, a page on
 which the landscape is explored in a browser (double-click it; --no-report leaves it out). An interrupted run continues
 where it stopped when the same command is given again; --resume demands this, and --fresh begins anew. The result is the
-same to the last byte. Several processes share a run with --worker (docs/cluster.md).
+same to the last byte.
 
 The first line counts different grasps, which are the minima of the energy, and families, which are groups of them. Two minima
 are in one group if a path joins them whose relative barrier is at most the group barrier. For grasps of synth, this
@@ -179,8 +174,6 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
         }
     }
     check_resumable(&command.again, &folders)?;
-    let worker = command.share.worker()?;
-    let mut finished_tasks = 0;
     for (population, folder) in populations.iter().zip(&folders) {
         let mapped = population
             .grasps
@@ -197,12 +190,12 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
             }
         });
         let earlier = earlier.as_ref();
-        finished_tasks += build(
+        build(
             command,
             common,
             population,
             earlier.map(|earlier| (earlier, pair)),
-            (folder, worker),
+            folder,
             warnings.collect(),
         )
         .map_err(|error| {
@@ -213,10 +206,7 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
             }
         })?;
     }
-    match worker {
-        Some(worker) => print_worker(common, worker, finished_tasks),
-        None => print_landscapes(common, &folders),
-    }
+    print_landscapes(common, &folders)
 }
 
 /// Removes the grasps that did not hold in simulation.
@@ -277,16 +267,10 @@ fn settings(
     map.groups.barrier = command.groups.group_barrier.or(map.groups.barrier);
     let search = command.search.map_or(settings.search, Into::into);
     if search == MapSearch::Adelm {
-        let unused = if command.groups.group_barrier.is_some() {
-            Some("--group-barrier: the burn-in of `adelm` makes the groups")
-        } else if command.share.worker()?.is_some() {
-            Some("--worker: chains of `adelm` wait for each other, so that one process makes them")
-        } else {
-            None
-        };
-        if let Some(unused) = unused {
-            anyhow::bail!("{unused}; leave it out, or map with `--search passes`");
-        }
+        anyhow::ensure!(
+            command.groups.group_barrier.is_none(),
+            "--group-barrier: the burn-in of `adelm` makes the groups; leave it out, or map with `--search passes`"
+        );
     }
     Ok(GraspMapSettings {
         temperature: command.temperature.or(settings.temperature),
@@ -297,15 +281,15 @@ fn settings(
     })
 }
 
-/// Maps a population. A worker does its share of the tasks only, and the number of finished ones is returned.
+/// Maps a population.
 fn build(
     command: &Build,
     common: &Common,
     population: &Population<'_>,
     onto: Option<(&EarlierLandscape, Option<PairSearch>)>,
-    (output, worker): (&Path, Option<Worker>),
+    output: &Path,
     mut warnings: Vec<String>,
-) -> anyhow::Result<usize> {
+) -> anyhow::Result<()> {
     let mut population = population.clone();
     population
         .grasps
@@ -353,34 +337,11 @@ fn build(
         warnings,
         with_page: !command.page.no_report,
     };
-    if let Some(worker) = worker {
-        let plain = AtomicFolder::left_journal(output).unwrap_or_default();
-        let journal = open_worker(
-            output,
-            &plain,
-            &mapping.fingerprint()?,
-            worker,
-            common.quiet,
-        )?;
-        let watch = Watch::new(common.quiet);
-        let run = StudyRun {
-            run: Run {
-                journal: &stoppable(&journal),
-                observer: &|news| watch.see(news),
-                workers: Some(&journal),
-                ..Run::default()
-            },
-            ..StudyRun::default()
-        };
-        mapping.map(&run)?;
-        return end_journal(journal, &watch, worker, output);
-    }
     let written = mapping.write(output, &command.again, common)?;
     let (summary, with_page) = (written.summary, mapping.with_page);
     written.unfinished.conclude(written.watch, |folder| {
         told(&summary, folder, with_page, common.verbose)
-    })?;
-    Ok(0)
+    })
 }
 
 /// The answer, what a reader must know, and where the rest is; with `verbose` the rest itself.

@@ -39,12 +39,10 @@ mod rates;
 mod report;
 mod run;
 mod stability;
-mod status;
 mod surface;
 mod survey;
 mod synth;
 mod thermodynamics;
-mod workers;
 
 use args::Common;
 use printing::{OURS, complain, explain, note_failure, sentence, take_failure};
@@ -119,9 +117,6 @@ enum Command {
     /// Read grasps of other programs, or min.data and ts.data of PATHSAMPLE or topsearch
     #[command(after_help = import::EXAMPLES)]
     Import(import::Import),
-    /// Show how far an unfinished run is, and which workers are at it
-    #[command(after_help = status::EXAMPLES)]
-    Status(status::Status),
     /// Write grasps for other programs: tables, DexGraspNet, MuJoCo, glTF scenes
     #[command(after_help = export::EXAMPLES)]
     Export(export::Export),
@@ -337,7 +332,6 @@ fn dispatch(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Rates(command) => rates::run(command, common),
         Command::Config(command) => config::run(command, common),
         Command::Import(command) => import::run(command, common),
-        Command::Status(command) => status::run(command, common),
         Command::Export(command) => export::run(command, common),
         Command::Cache(command) => cache::run(command, common),
         Command::Completions(command) => manuals::completions(command, definition(), common),

@@ -138,6 +138,13 @@ pub(super) fn make_folder(output: &Path) -> anyhow::Result<MadeFolder> {
 #[must_use = "folders that are still empty are removed when this is dropped"]
 pub(super) struct MadeFolder(Vec<PathBuf>);
 
+impl MadeFolder {
+    /// Leaves the folders even if they are empty, because other processes may be about to write there.
+    pub(super) fn keep(mut self) {
+        self.0.clear();
+    }
+}
+
 impl Drop for MadeFolder {
     fn drop(&mut self) {
         // A folder that is not empty cannot be removed in this way, and neither can those around it.

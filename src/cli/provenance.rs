@@ -20,7 +20,7 @@ use crate::store::{Source, content_hash};
 /// is a page and it is opened, and how many grasps are dropped after they are written.
 const WITHOUT_TRACE: [&str; 14] = [
     "threads",
-    "worker",
+    "task",
     "log_format",
     "quiet",
     "json",

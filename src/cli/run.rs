@@ -4,19 +4,17 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use super::args::{Again, Common};
+use super::args::Again;
 use super::{interruption, progress};
-use crate::cli::printing::{complain, explain, print, print_json};
+use crate::cli::printing::{complain, explain, print};
 use crate::printable::counted;
-use crate::store::{
-    AtomicFolder, Journal, Machine, Phase as Timing, StoreError, Timings, Worker, WorkersJournal,
-};
-use crate::topography::{GuardedJournal, Phase, Progress};
+use crate::store::{AtomicFolder, Journal, Machine, Phase as Timing, StoreError, Timings};
+use crate::topography::{self, GuardedJournal, Phase, Progress};
 
 /// The folder of a run with its journal.
 pub(super) struct Unfinished {
     pub(super) folder: AtomicFolder,
-    pub(super) journal: WorkersJournal,
+    pub(super) journal: Journal,
 }
 
 impl Unfinished {
@@ -29,7 +27,7 @@ impl Unfinished {
     ) -> Result<Self, StoreError> {
         let folder = AtomicFolder::open(output, again.fresh)?;
         let path = folder.journal();
-        match open(output, &path, fingerprint, again, quiet) {
+        match open(&path, fingerprint, again, quiet) {
             Ok(journal) => Ok(Self { folder, journal }),
             Err(error) => {
                 // Without a journal nothing can be resumed.
@@ -56,11 +54,10 @@ impl Unfinished {
         Ok(())
     }
 
-    /// Writes the timings, gives the folder its final name, and removes what workers have left.
+    /// Writes the timings and gives the folder its final name.
     pub(super) fn finish(self, watch: Watch) -> Result<PathBuf, StoreError> {
         watch.lap("write", 0);
         watch.timings().write(&self.folder)?;
-        self.journal.remove_others()?;
         // The lock is held to the very end, except on Windows, where an open file prevents renaming its folder.
         let lock = (!cfg!(windows)).then_some(self.journal);
         let finished = self.folder.finish()?;
@@ -77,9 +74,7 @@ impl Unfinished {
 
 /// With `--resume`, rejects a start if none of these folders has an interrupted run.
 pub(super) fn check_resumable(again: &Again, outputs: &[PathBuf]) -> anyhow::Result<()> {
-    let left = |output: &PathBuf| {
-        AtomicFolder::left_journal(output).is_some() || WorkersJournal::folder(output).is_dir()
-    };
+    let left = |output: &PathBuf| AtomicFolder::left_journal(output).is_some();
     anyhow::ensure!(
         !again.resume || outputs.iter().any(left),
         "--resume: no interrupted run has left a journal for {}: begin one without --resume",
@@ -104,96 +99,26 @@ pub(super) fn open_journal(
     fingerprint: &str,
     again: &Again,
     quiet: bool,
-) -> anyhow::Result<WorkersJournal> {
+) -> anyhow::Result<Journal> {
     let path = journal_beside(output);
     anyhow::ensure!(
-        !again.resume || path.is_file() || WorkersJournal::folder(output).is_dir(),
+        !again.resume || path.is_file(),
         "--resume: there is no {}, so no interrupted run: begin one without --resume",
         path.display()
     );
-    Ok(open(output, &path, fingerprint, again, quiet)?)
+    Ok(open(&path, fingerprint, again, quiet)?)
 }
 
-/// Opens the journal at `path` of a run that writes `output`, together with those of its workers.
-fn open(
-    output: &Path,
-    path: &Path,
-    fingerprint: &str,
-    again: &Again,
-    quiet: bool,
-) -> Result<WorkersJournal, StoreError> {
-    if again.fresh {
-        WorkersJournal::discard(output)?;
-    }
-    let own = Journal::open(path, fingerprint, again.fresh)?;
-    let waits = |worker: Worker| {
-        if !quiet {
-            complain(&format!(
-                "worker {worker} may still be at work on another machine: waiting half a minute to see"
-            ));
-        }
-    };
-    let journal = WorkersJournal::joining(own, output, fingerprint, &waits)?;
+/// Opens the journal at `path`.
+fn open(path: &Path, fingerprint: &str, again: &Again, quiet: bool) -> Result<Journal, StoreError> {
+    let journal = Journal::open(path, fingerprint, again.fresh)?;
     interruption::keeps(path);
     tell(&journal, path, quiet);
     Ok(journal)
 }
 
-/// Opens the journal of one of the workers of the run that writes `output` and that keeps its own journal in `plain`.
-pub(super) fn open_worker(
-    output: &Path,
-    plain: &Path,
-    fingerprint: &str,
-    worker: Worker,
-    quiet: bool,
-) -> Result<WorkersJournal, StoreError> {
-    let journal = WorkersJournal::of_worker(output, plain, fingerprint, worker)?;
-    interruption::keeps(&WorkersJournal::folder(output));
-    tell(&journal, &WorkersJournal::folder(output), quiet);
-    Ok(journal)
-}
-
-/// Ends a worker for which nothing is left, and prints what JSON documents tell of it.
-pub(super) fn end_worker(
-    journal: WorkersJournal,
-    watch: &Watch,
-    worker: Worker,
-    output: &Path,
-    common: &Common,
-) -> anyhow::Result<()> {
-    let tasks = end_journal(journal, watch, worker, output)?;
-    print_worker(common, worker, tasks)
-}
-
-/// Prints what JSON documents tell of a worker.
-pub(super) fn print_worker(common: &Common, worker: Worker, tasks: usize) -> anyhow::Result<()> {
-    if common.json {
-        print_json(&serde_json::json!({ "worker": worker, "finished_tasks": tasks }))?;
-    }
-    Ok(())
-}
-
-/// Ends the journal of a worker for which nothing is left. Returns the number of finished tasks.
-pub(super) fn end_journal(
-    journal: WorkersJournal,
-    watch: &Watch,
-    worker: Worker,
-    output: &Path,
-) -> anyhow::Result<usize> {
-    watch.clear();
-    let tasks = journal.len();
-    journal.end()?;
-    if !watch.quiet {
-        complain(&format!(
-            "worker {worker}: all {tasks} tasks are finished; the same command without --worker writes {}",
-            output.display()
-        ));
-    }
-    Ok(tasks)
-}
-
-/// Tells what the journals already contain.
-fn tell(journal: &WorkersJournal, path: &Path, quiet: bool) {
+/// Tells what the journal already contains.
+fn tell(journal: &Journal, path: &Path, quiet: bool) {
     explain(|| {
         format!(
             "finished tasks are kept in {}, so that the same command continues after an interruption",
@@ -205,25 +130,9 @@ fn tell(journal: &WorkersJournal, path: &Path, quiet: bool) {
     }
     let path = path.display();
     if !journal.is_empty() {
-        let others = match journal.journals_of_others() {
-            0 => String::new(),
-            1 => " and the journal of another process".to_owned(),
-            count => format!(" and the journals of {count} other processes"),
-        };
-        let what = if others.is_empty() {
-            "an interrupted run"
-        } else {
-            "a run"
-        };
         complain(&format!(
-            "continuing {what}: {} finished tasks in {path}{others}",
+            "continuing an interrupted run: {} finished tasks in {path}",
             journal.len()
-        ));
-    }
-    if !journal.has_lock() {
-        complain(&format!(
-            "warning: the file system of {path} has no locks: do not start the same command a second time while it runs, or give \
-             each process a number (--worker)"
         ));
     }
     if journal.dropped_bytes() > 0 {
@@ -232,16 +141,10 @@ fn tell(journal: &WorkersJournal, path: &Path, quiet: bool) {
             journal.dropped_bytes()
         ));
     }
-    for (worker, difference) in journal.other_builds() {
-        complain(&format!(
-            "warning: worker {worker} is another build of the program ({difference}): the last bits of results may differ from \
-             those of a run of one build"
-        ));
-    }
 }
 
 /// The journal of a run that a caller may end ([`stop`](super::stop)).
-pub(super) fn stoppable(journal: &WorkersJournal) -> GuardedJournal<'_> {
+pub(super) fn stoppable(journal: &dyn topography::Journal) -> GuardedJournal<'_> {
     GuardedJournal {
         journal,
         check: &interruption::check,

@@ -10,8 +10,7 @@ use serde_json::{Map, Value, json};
 use super::args::{Again, Common, HandAndObject};
 use super::input;
 use super::output::check_file;
-use super::run::{Watch, end_worker, journal_beside, open_journal, open_worker, stoppable};
-use super::workers::Share;
+use super::run::{Watch, open_journal, stoppable};
 use crate::cli::printing::{complain, explain, print, print_json};
 use crate::evaluation::stability::{Drop, Fit, Protocol, SixDirections};
 use crate::printable::counted;
@@ -38,8 +37,6 @@ pub(super) struct Stability {
     output: Option<PathBuf>,
     #[command(flatten)]
     of: HandAndObject,
-    #[command(flatten)]
-    share: Share,
     #[command(flatten)]
     again: Again,
 }
@@ -110,14 +107,7 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     let inputs = common.provenance.sources()?;
 
     let fingerprint = simulation_fingerprint(&file, &protocol)?;
-    let worker = command.share.worker()?;
-    let journal = match worker {
-        Some(worker) => {
-            let plain = journal_beside(&output);
-            open_worker(&output, &plain, &fingerprint, worker, common.quiet)?
-        }
-        None => open_journal(&output, &fingerprint, &command.again, common.quiet)?,
-    };
+    let journal = open_journal(&output, &fingerprint, &command.again, common.quiet)?;
     explain(|| {
         let origin = match &command.settings {
             Some(path) => format!("from {}", path.display()),
@@ -129,13 +119,9 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     let run = Run {
         journal: &stoppable(&journal),
         observer: &|news| watch.see(news),
-        workers: worker.map(|_| &journal as _),
         ..Run::default()
     };
     let found = simulate_all(&file, &protocol, &run)?;
-    if let Some(worker) = worker {
-        return end_worker(journal, &watch, worker, &output, common);
-    }
     watch.clear();
     file.metadata.remade_by(&common.provenance.command, inputs);
     found.record(&mut file, &protocol);

@@ -12,8 +12,7 @@ use super::args::{Again, Common, within};
 use super::hands::expense;
 use super::input;
 use super::output::check_file;
-use super::run::{Watch, end_worker, journal_beside, open_journal, open_worker, stoppable};
-use super::workers::Share;
+use super::run::{Watch, open_journal, stoppable};
 use crate::cli::printing::{complain, explain, print, print_json};
 use crate::evaluation::Diversity;
 use crate::evaluation::stability::{Drop, Protocol};
@@ -24,7 +23,7 @@ use crate::printable::counted;
 use crate::store::{GraspFile, Metadata};
 use crate::study::{
     DEFAULT_PRESET, Experiment, Keep, Origin, PopulationSettings, Run, Synthesis, doubted_size,
-    simulate_sample, synthesize_chains, synthesize_population,
+    simulate_sample, synthesize_population,
 };
 
 /// Synthesize grasps.
@@ -122,8 +121,6 @@ pub(super) struct Synth {
     #[arg(long, short, default_value = "grasps.parquet", value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]
-    share: Share,
-    #[command(flatten)]
     again: Again,
 }
 
@@ -153,7 +150,7 @@ Examples:
                                                            find more grasps near given ones
 
 An interrupted run continues where it stopped when the same command is given again; --resume demands this, and --fresh
-begins anew. The result is the same to the last byte. Several processes share a run with --worker (docs/cluster.md).";
+begins anew. The result is the same to the last byte.";
 
 /// Printed after a run that keeps strict grasps.
 const ADVICE: &str = "\
@@ -198,20 +195,6 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     }
     explain(|| plan(command, &settings));
     let fingerprint = origin.fingerprint(&energy, &settings)?;
-    if let Some(worker) = command.share.worker()? {
-        let (output, quiet) = (&command.output, common.quiet);
-        let plain = journal_beside(output);
-        let journal = open_worker(output, &plain, &fingerprint, worker, quiet)?;
-        let watch = Watch::new(quiet);
-        let run = Run {
-            journal: &stoppable(&journal),
-            observer: &|news| watch.see(news),
-            workers: Some(&journal),
-            ..Run::default()
-        };
-        synthesize_chains(&energy, &origin, &settings, &run)?;
-        return end_worker(journal, &watch, worker, output, common);
-    }
     let journal = open_journal(&command.output, &fingerprint, &command.again, common.quiet)?;
     let resumed = journal.len();
     let (started, watch) = (Instant::now(), Watch::new(common.quiet));

@@ -173,20 +173,10 @@ pub enum StoreError {
     NotAJournal(PathBuf),
     /// Another process is writing the journal.
     #[error(
-        "another process is writing {}: wait for it, or let both share the work (--worker)",
+        "another process is writing {}: wait until it ends, or name another output",
         written(.0).display()
     )]
     InUse(PathBuf),
-    /// A worker of the same run is still at work.
-    #[error(
-        "the worker of {path} is still at work on {host}: wait for it or end it, and then give this command again"
-    )]
-    WorkerAtWork {
-        /// Its journal.
-        path: PathBuf,
-        /// Its machine.
-        host: String,
-    },
 }
 
 impl StoreError {
@@ -462,14 +452,12 @@ fn are(content: &str) -> String {
     format!("{content} {verb}")
 }
 
-/// The file or folder that a run with this journal writes: the journal is `X.partial`, or lies in `X.partial` or `X.workers`.
+/// The file or folder that a run with this journal writes: the journal is `X.partial`, or lies in it.
 fn written(journal: &Path) -> PathBuf {
     let places = [Some(journal), journal.parent()].into_iter().flatten();
     let stem = |place: &Path| {
         let name = place.file_name()?.to_str()?;
-        let stem = name
-            .strip_suffix(".partial")
-            .or(name.strip_suffix(".workers"))?;
+        let stem = name.strip_suffix(".partial")?;
         Some(place.with_file_name(stem))
     };
     let mut written = places.filter_map(stem);

@@ -18,11 +18,6 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// Whether both run the same build of the program.
-    pub fn is_of_build(&self, other: &Self) -> bool {
-        self.program == other.program && self.platform == other.platform
-    }
-
     /// The machine on which this process runs.
     pub fn here() -> Self {
         let length = std::env::current_exe().and_then(|path| Ok(path.metadata()?.len()));
@@ -46,16 +41,6 @@ impl Machine {
             ),
             instructions: instructions(),
         }
-    }
-}
-
-impl std::fmt::Display for Machine {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(formatter, "{}, {}", self.program, self.platform)?;
-        for instructions in &self.instructions {
-            write!(formatter, " {instructions}")?;
-        }
-        Ok(())
     }
 }
 

@@ -7,7 +7,6 @@
 //! * [`exchange`]: reading and writing of grasps in the formats of other programs.
 //! * [`AtomicFolder`], [`write_atomic`]: a file or folder takes its final name only when it is complete.
 //! * [`Journal`]: the finished tasks of a long run. It survives a kill at any moment.
-//! * [`WorkersJournal`], [`RunStatus`]: the journals of several processes that share a run.
 //!
 //! Equal content gives equal bytes: apart from [`Timings`] and the journals, which are removed at the end, this module
 //! writes no time, host name or thread count. Callers
@@ -40,9 +39,7 @@ pub use attempts::{read_attempts, write_attempts};
 pub use error::{Fault, StoreError, Warning};
 pub use grasps::{GraspFile, GraspRow};
 pub use join::{JoinError, JoinedFile};
-pub use journal::{
-    Journal, RunStatus, StageStatus, Worker, WorkerState, WorkerStatus, WorkersJournal,
-};
+pub use journal::Journal;
 pub use landscape::{
     Counts, EdgeRow, LandscapeFiles, Manifest, MinimumRow, PathPoint, Phase, Timings,
 };

@@ -193,9 +193,7 @@ pub use survey::{
     HandSurvey, KindCounts, SharedContacts, Survey, SurveyFailure, SurveyedFamily, SurveyedMap,
     SurveyedPopulation,
 };
-pub use synthesis::{
-    Keep, Origin, PopulationSettings, Synthesis, synthesize_chains, synthesize_population,
-};
+pub use synthesis::{Keep, Origin, PopulationSettings, Synthesis, synthesize_population};
 pub(crate) use tables::group_of;
 pub use thermodynamics::{AtTemperature, Thermodynamics, ThermodynamicsSettings};
 pub use ways::Way;

@@ -251,15 +251,7 @@ pub fn synthesize_population(
     Ok(Synthesis { chains, grasps })
 }
 
-/// Runs the chains of [`synthesize_population`] and judges none of them. With [`Run::workers`] this is the share of one
-/// process.
-///
-/// # Errors
-/// As there.
-///
-/// # Panics
-/// As there.
-pub fn synthesize_chains(
+fn synthesize_chains(
     energy: &GraspEnergy,
     origin: &Origin,
     settings: &PopulationSettings,

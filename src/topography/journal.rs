@@ -24,27 +24,6 @@ pub trait Journal: Sync {
     fn put(&self, key: &str, record: &[u8]) -> Result<(), JournalError>;
 }
 
-/// Divides the tasks of a run among several processes, each of which does the same run. A task is done by one of them, and
-/// all read its record from their journals.
-pub trait Workers: Sync {
-    /// Begins a round: the tasks `keys`, none of which depends on another. All processes begin the same rounds in the same
-    /// order, because results depend on nothing else.
-    fn begin<'a>(&'a self, phase: Phase, keys: &'a [String]) -> Box<dyn Round + 'a>;
-}
-
-/// A round of tasks that several processes share. Several threads may ask it.
-pub trait Round: Sync {
-    /// Index of the task that this thread should do next. Waits while other processes work at all tasks that are left, and
-    /// returns `None` once every task has a record.
-    ///
-    /// # Errors
-    /// If the records of other processes cannot be read, or the own journal cannot be written.
-    fn next(&self) -> Result<Option<usize>, JournalError>;
-
-    /// Number of tasks of this round that have a record, as far as this process knows.
-    fn finished(&self) -> usize;
-}
-
 /// A run ended early because its journal could not store a record (for example on a full disk).
 #[derive(Debug, thiserror::Error)]
 #[error(transparent)]
@@ -71,8 +50,6 @@ pub struct Run<'a> {
     /// search ends early, with what it has found. The result is that of a longer search up to a batch, but which batch that
     /// is depends on the clock if the answer does.
     pub enough: &'a (dyn Fn(f64) -> bool + Sync),
-    /// The other processes that work at the same run, if there are any.
-    pub workers: Option<&'a dyn Workers>,
 }
 
 impl Default for Run<'_> {
@@ -81,7 +58,6 @@ impl Default for Run<'_> {
             journal: &Forgetful,
             observer: &|_| (),
             enough: &|_| false,
-            workers: None,
         }
     }
 }
@@ -112,7 +88,7 @@ impl Run<'_> {
     }
 
     /// The outcomes of `tasks`, each of which has a key of its own: the stored ones, and the others by `work`, in parallel.
-    /// One process begins tasks in their order. With [`Run::workers`] each does so with its own share of them.
+    /// They are begun in their order.
     pub(crate) fn each<K: Sync, T: Serialize + DeserializeOwned + Send>(
         &self,
         tally: &Tally<'_>,
@@ -120,28 +96,12 @@ impl Run<'_> {
         key: impl Fn(&K) -> String + Sync,
         work: impl Fn(&K) -> T + Sync,
     ) -> Result<Vec<T>, JournalError> {
-        let done = |task| self.remember(&key(task), || work(task));
-        if let Some(workers) = self.workers {
-            let (keys, before) = (tasks.iter().map(&key).collect::<Vec<_>>(), tally.done());
-            let round = workers.begin(tally.phase(), &keys);
-            let ends = rayon::broadcast(|_| {
-                while let Some(next) = round.next()? {
-                    done(&tasks[next])?;
-                    tally.reach(before + round.finished());
-                }
-                Ok::<_, JournalError>(())
-            });
-            ends.into_iter().collect::<Result<(), _>>()?;
-            tally.reach(before + tasks.len());
-        }
         // Each thread takes the first task that nobody has begun, because tasks take different times.
         let next = AtomicUsize::new(0);
         let outcomes = (0..tasks.len()).into_par_iter().with_max_len(1).map(|_| {
             let task = next.fetch_add(1, Ordering::Relaxed);
-            let outcome = done(&tasks[task])?;
-            if self.workers.is_none() {
-                tally.tick();
-            }
+            let outcome = self.remember(&key(&tasks[task]), || work(&tasks[task]))?;
+            tally.tick();
             Ok((task, outcome))
         });
         let mut outcomes = outcomes.collect::<Result<Vec<(usize, T)>, JournalError>>()?;
@@ -154,21 +114,13 @@ impl Run<'_> {
     #[cfg(feature = "cli")]
     pub(crate) fn in_turn<K, T: Serialize + DeserializeOwned, E: From<JournalError>>(
         &self,
-        phase: Phase,
         tasks: &[K],
         key: impl Fn(&K) -> String,
         mut work: impl FnMut(&K) -> Result<T, E>,
     ) -> Result<Vec<T>, E> {
-        let keys: Vec<String> = tasks.iter().map(key).collect();
-        if let Some(workers) = self.workers {
-            let round = workers.begin(phase, &keys);
-            while let Some(next) = round.next()? {
-                self.try_remember(&keys[next], || work(&tasks[next]))?;
-            }
-        }
-        let tasks = keys.iter().zip(tasks);
         tasks
-            .map(|(key, task)| self.try_remember(key, || work(task)))
+            .iter()
+            .map(|task| self.try_remember(&key(task), || work(task)))
             .collect()
     }
 

@@ -42,7 +42,7 @@ pub use diagram::{
 };
 pub use difference::{Match, MergeChange, NEIGHBOUR_REACH, TooNear, TreeDifference};
 pub use groups::{GroupSettings, Groups, Level};
-pub use journal::{GuardedJournal, Journal, JournalError, MemoryJournal, Round, Run, Workers};
+pub use journal::{GuardedJournal, Journal, JournalError, MemoryJournal, Run};
 pub use landscape::{Landscape, NoMinimum};
 pub use merges::{Merge, minimax_path};
 pub use minima::{HoppingSettings, MatchTolerance, Rejected, distinct, hop, quench_all};

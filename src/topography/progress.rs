@@ -40,8 +40,6 @@ pub enum Phase {
     Label,
     /// Judging grasps.
     Judge,
-    /// Surveying the populations of a data set.
-    Survey,
     /// Eliminating minima from a network of rates.
     Eliminate,
 }
@@ -64,7 +62,6 @@ impl Phase {
             Self::Cut => "cutting the object into convex pieces, the first time only",
             Self::Simulate | Self::Label | Self::Judge => "grasps",
             Self::Hop | Self::Pairs => "searching",
-            Self::Survey => "populations",
             Self::Eliminate => "eliminating minima",
         }
     }
@@ -130,19 +127,6 @@ impl<'a> Tally<'a> {
             total: self.total,
             round: self.round,
         });
-    }
-
-    pub(super) fn phase(&self) -> Phase {
-        self.phase
-    }
-
-    pub(super) fn done(&self) -> usize {
-        self.done.load(Ordering::Relaxed)
-    }
-
-    /// Tells that at least `done` tasks are finished.
-    pub(super) fn reach(&self, done: usize) {
-        self.tell(done.max(self.done.fetch_max(done, Ordering::Relaxed)));
     }
 
     pub(crate) fn tick(&self) {

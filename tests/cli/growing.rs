@@ -89,9 +89,6 @@ fn growing_gives_the_same_bytes_on_any_threads_and_after_a_kill() {
     desk.interrupt(GROWN, "new.landscape.partial/journal", 2);
     desk.succeed(&format!("{GROWN} --resume --threads 2"));
     assert_eq!(promised("new.landscape"), once);
-    desk.succeed("build g.parquet --onto old.landscape --worker 1/2 -q -o shared.landscape");
-    desk.succeed("build g.parquet --onto old.landscape --no-report -q -o shared.landscape");
-    assert_eq!(promised("shared.landscape"), once);
 }
 
 /// Further searches between two minima, without new grasps.

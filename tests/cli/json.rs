@@ -10,7 +10,7 @@ use crate::desk::Desk;
 use crate::{contents, grasps, in_cache, landscape};
 
 /// Section of the page, and a command of which it describes the document.
-const RUNS: [(&str, &str); 44] = [
+const RUNS: [(&str, &str); 41] = [
     (
         "synth",
         "synth --object ball -n 4 --preset four_points --steps 40 --keep all --drop 2 -o s.parquet",
@@ -75,21 +75,15 @@ const RUNS: [(&str, &str); 44] = [
         "survey g.parquet thirty.parquet --first 30 --no-map -o counted.survey",
     ),
     ("survey", "survey g.parquet --first 3 --no-report"),
+    (
+        "a task of a survey",
+        "survey g.parquet --first 3 --no-report -o shared.survey --task 1/2",
+    ),
     ("thermodynamics", "thermodynamics muller-brown.landscape"),
     (
         "rates",
         "rates muller-brown.landscape --from m1 --to m0 --temperature 10,20",
     ),
-    (
-        "a worker",
-        "synth --object ball -n 2 --preset four_points --steps 40 -o w.parquet --worker 1/2",
-    ),
-    (
-        "a worker",
-        "build g.parquet --first 3 -o shared.landscape --no-report --worker 1/2",
-    ),
-    ("status", "status w.parquet"),
-    ("status", "status g.parquet"),
     ("export", "export g.parquet csv -o e.csv"),
     ("export", "export g.parquet urdf -o hand"),
     ("config", "config build"),

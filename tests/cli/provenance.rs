@@ -350,7 +350,7 @@ const WITHOUT_TRACE: [(&str, &str); 17] = [
         "resume",
         "continues an interrupted run, which ends in the same bytes",
     ),
-    ("worker", "writes a journal only"),
+    ("task", "maps a part, which ends in the same bytes"),
     ("fresh", "does what would have been done before"),
     ("output", "is the name of what is written"),
     ("help", "writes nothing"),

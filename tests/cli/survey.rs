@@ -8,6 +8,7 @@ use serde_json::Value;
 
 use crate::contents;
 use crate::desk::{Desk, assert_says};
+use crate::folder::names;
 
 /// A folder of two hands on three objects, in folders of their own, made once. Its grasps take a moment to map.
 fn data_set() -> Desk {
@@ -95,25 +96,58 @@ fn a_folder_is_one_job() {
     );
 }
 
+/// Two objects: `ball`, then `can`.
+const OF_ONE_HAND: &str = "survey set/human --first 3 --no-report -q";
+
 #[test]
-fn workers_share_a_survey() {
+fn tasks_share_a_survey() {
     let desk = data_set();
-    desk.succeed(&format!("{SURVEY} -o plain.survey"));
-    let workers: Vec<_> = (1..=3)
-        .map(|number| desk.start(&format!("{SURVEY} -o shared.survey --worker {number}/3")))
+    desk.succeed(&format!("{OF_ONE_HAND} -o plain.survey"));
+    let tasks: Vec<_> = (1..=2)
+        .map(|number| desk.start(&format!("{OF_ONE_HAND} -o shared.survey --task {number}/2")))
         .collect();
-    for mut worker in workers {
-        assert!(worker.wait().unwrap().success());
+    for mut task in tasks {
+        assert!(task.wait().unwrap().success());
     }
-    assert!(
-        !desk.path("shared.survey/summary.md").exists(),
-        "workers write landscapes only"
+    assert_eq!(
+        names(&desk.path("shared.survey")),
+        ["landscapes"],
+        "tasks write landscapes only"
     );
-    desk.succeed(&format!("{SURVEY} -o shared.survey"));
+    let landscapes = || contents(&desk.path("shared.survey/landscapes"));
+    let mapped = landscapes();
+    desk.succeed(&format!("{OF_ONE_HAND} -o shared.survey"));
+    assert!(landscapes() == mapped, "the join maps nothing again");
     let [plain, shared] = ["plain.survey", "shared.survey"].map(|name| promised(&desk.path(name)));
     assert!(plain == shared, "the same bytes");
-    assert!(!desk.path("shared.survey.workers").exists());
     assert!(!desk.path("shared.survey.partial").exists());
+}
+
+#[test]
+fn a_killed_task_goes_on() {
+    let desk = data_set();
+    desk.succeed(&format!("{OF_ONE_HAND} -o plain.survey"));
+    let task = format!("{OF_ONE_HAND} -o shared.survey --threads 1 --task 2/2");
+    let journal = "shared.survey/landscapes/can.landscape.partial/journal";
+    desk.interrupt(&task, journal, 1);
+    desk.resume(&task, journal);
+    desk.succeed(&format!("{OF_ONE_HAND} -o shared.survey --task 1/2"));
+    desk.succeed(&format!("{OF_ONE_HAND} -o shared.survey"));
+    let [plain, shared] = ["plain.survey", "shared.survey"].map(|name| promised(&desk.path(name)));
+    assert!(plain == shared, "the same bytes");
+}
+
+#[test]
+fn no_task_is_beyond_the_last() {
+    let desk = Desk::empty();
+    for task in ["5/4", "0/3", "x"] {
+        assert_eq!(
+            desk.early_mistake(&format!("survey set --task {task}")),
+            format!(
+                "invalid --task `{task}`: expected NUMBER/COUNT with 1 ≤ NUMBER ≤ COUNT, such as 3/64"
+            )
+        );
+    }
 }
 
 #[test]

@@ -23,7 +23,6 @@ mod records;
 #[path = "../skipped/mod.rs"]
 mod skipped;
 mod verbs;
-mod workers;
 
 /// A command and its output.
 struct Run {

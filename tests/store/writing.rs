@@ -163,7 +163,7 @@ fn a_folder_in_use_is_left_alone() {
         let refused = AtomicFolder::open(&path, fresh).unwrap_err();
         assert_eq!(
             sentence(&refused, folder.path()),
-            "another process is writing cup.landscape: wait for it, or let both share the work (--worker)"
+            "another process is writing cup.landscape: wait until it ends, or name another output"
         );
         assert_eq!(
             names(unfinished.path()),

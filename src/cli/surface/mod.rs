@@ -474,7 +474,6 @@ fn map(
             journal: &journal,
             observer: &|news| watch.see(news),
             enough: &enough,
-            ..Run::default()
         },
         stage_ended: &|name, evaluations| watch.lap(name, evaluations),
     };

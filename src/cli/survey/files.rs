@@ -99,10 +99,7 @@ pub(super) fn data_files(given: &[PathBuf]) -> anyhow::Result<Vec<DataFile>> {
 fn made_of_grasps(entry: &DirEntry) -> bool {
     let path = entry.path();
     entry.file_type().is_dir()
-        && (["partial", "workers"]
-            .map(OsStr::new)
-            .map(Some)
-            .contains(&path.extension())
+        && (path.extension() == Some(OsStr::new("partial"))
             || path.join("landscape.json").is_file()
             || path.join("survey.json").is_file()
             || path.join(super::LANDSCAPES).is_dir())

@@ -1,25 +1,28 @@
 //! `landscape survey`: a data set of many objects as one job.
 
 mod files;
+mod part;
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 
 use self::files::{Plan, Task};
+use self::part::Part;
 use super::args::{Again, Common, GroupBarrier, HandAndObject, WithPage};
 use super::build::{Mapping, keep_stable};
 use super::output::{check_folder, make_folder};
-use super::run::{Watch, end_worker, journal_beside, open_journal, open_worker, stoppable};
-use super::workers::Share;
+use super::run::{Watch, journal_beside, open_journal, stoppable};
 use super::{input, interruption};
 use crate::cli::printing::{complain, print, print_json, sentence, shown};
 use crate::evaluation::taxonomy::Rule;
 use crate::grasp::GraspEnergy;
+use crate::printable::counted;
 use crate::store::{FileSet, GraspFile, Population, Source, content_hash};
 use crate::study::{self, GraspMapSettings, StudyError, SurveyFailure, SurveyedPopulation};
-use crate::topography::{Phase, Run};
+use crate::topography::{MemoryJournal, Run};
 
 /// Name of the folder of landscapes in a survey.
 const LANDSCAPES: &str = "landscapes";
@@ -70,8 +73,10 @@ pub(super) struct Survey {
     of: HandAndObject,
     #[command(flatten)]
     page: WithPage,
-    #[command(flatten)]
-    share: Share,
+    /// Map one part of the populations only, as one of COUNT tasks of a scheduler, from 1/COUNT to COUNT/COUNT. The same
+    /// command without this flag joins the parts.
+    #[arg(long, value_name = "NUMBER/COUNT", conflicts_with_all = ["no_map", "resume"])]
+    task: Option<String>,
     #[command(flatten)]
     again: Again,
 }
@@ -81,7 +86,7 @@ Examples:
   landscape survey grasps/                                 grasps.survey/: what the files in this folder cover
   landscape survey mug.parquet bowl.parquet -o cups.survey
   landscape survey grasps/ --no-map                        types and sets of contact regions only, within minutes
-  landscape survey grasps/ --worker 3/64                   one of 64 processes that share the work
+  landscape survey grasps/ --task 3/64                     the third of 64 tasks that share the work (docs/cluster.md)
 
 A file may hold several hands and objects; each hand on each object is a population of its own. For each of them, the
 landscape is built as `landscape build` does it, into landscapes/ in the output folder. The survey then compares the
@@ -105,6 +110,7 @@ struct Kept {
 }
 
 pub(super) fn run(command: &Survey, common: &Common) -> anyhow::Result<()> {
+    let part = command.task.as_deref().map(Part::named).transpose()?;
     command.groups.checked()?;
     if let Some(first @ 0..2) = command.first {
         anyhow::bail!("--first {first}: a landscape needs at least two grasps");
@@ -129,27 +135,20 @@ pub(super) fn run(command: &Survey, common: &Common) -> anyhow::Result<()> {
     if !common.quiet {
         input::warn(&plan.noted);
     }
-    let _made = make_folder(&output.join(LANDSCAPES))?;
+    let made = make_folder(&output.join(LANDSCAPES))?;
+    if let Some(part) = part {
+        made.keep();
+        return command.one_part(part, &plan, &output, common);
+    }
 
     let fingerprint = command.fingerprint(&plan)?;
-    if let Some(worker) = command.share.worker()? {
-        let plain = journal_beside(&output);
-        let journal = open_worker(&output, &plain, &fingerprint, worker, common.quiet)?;
-        let run = Run {
-            journal: &stoppable(&journal),
-            workers: Some(&journal),
-            ..Run::default()
-        };
-        command.outcomes(&plan, &output, &run, common)?;
-        let watch = Watch::new(common.quiet);
-        return end_worker(journal, &watch, worker, &output, common);
-    }
     let journal = open_journal(&output, &fingerprint, &command.again, common.quiet)?;
     let run = Run {
         journal: &stoppable(&journal),
         ..Run::default()
     };
-    let outcomes = command.outcomes(&plan, &output, &run, common)?;
+    let all: Vec<&Task> = plan.tasks.iter().collect();
+    let outcomes = command.outcomes(&plan, &all, &output, &run, common)?;
     let (mut populations, mut failures) = (Vec::new(), plan.failures);
     for outcome in outcomes {
         match outcome {
@@ -192,18 +191,68 @@ impl Survey {
         Ok(content_hash(&parts))
     }
 
-    /// Surveys all populations, one after the other.
+    /// Maps the populations of one part. What it finds is kept beside their landscapes only.
+    fn one_part(
+        &self,
+        part: Part,
+        plan: &Plan,
+        output: &Path,
+        common: &Common,
+    ) -> anyhow::Result<()> {
+        let tasks = part.of(&plan.tasks);
+        let journal = MemoryJournal::default();
+        let run = Run {
+            journal: &stoppable(&journal),
+            ..Run::default()
+        };
+        let outcomes = self.outcomes(plan, &tasks, output, &run, common)?;
+        let failures: Vec<SurveyFailure> = outcomes.into_iter().filter_map(Result::err).collect();
+        if common.json {
+            print_json(&json!({
+                "task": part,
+                "populations": tasks.len() - failures.len(),
+                "failures": failures,
+            }))?;
+        }
+        if !common.quiet {
+            complain(&format!(
+                "task {part}: finished {}; the same command without --task joins all tasks",
+                counted(tasks.len() - failures.len(), "population")
+            ));
+        }
+        anyhow::ensure!(
+            failures.is_empty(),
+            "task {part}: {} of its {} could not be surveyed, the first one because of this: {}: {}",
+            failures.len(),
+            counted(tasks.len(), "population"),
+            failures[0].file,
+            failures[0].reason
+        );
+        Ok(())
+    }
+
+    /// Where an interruption leaves the finished populations.
+    fn kept_in(&self, output: &Path) -> PathBuf {
+        match self.task {
+            Some(_) => output.join(LANDSCAPES),
+            None => journal_beside(output),
+        }
+    }
+
+    /// Surveys populations, one after the other.
     fn outcomes(
         &self,
         plan: &Plan,
+        tasks: &[&Task],
         output: &Path,
         run: &Run<'_>,
         common: &Common,
     ) -> anyhow::Result<Vec<Outcome>> {
         // Populations of one file follow each other.
         let mut opened: Option<(usize, GraspFile, String)> = None;
-        let key = |task: &Task| format!("population {}", task.name);
-        run.in_turn(Phase::Survey, &plan.tasks, key, |task| {
+        let key = |task: &&Task| format!("population {}", task.name);
+        run.in_turn(tasks, key, |task| {
+            interruption::keeps(&self.kept_in(output));
             let data = &plan.files[task.file];
             if opened.as_ref().is_none_or(|(file, ..)| *file != task.file) {
                 let (file, hash, _) = files::read(data, self)?;
@@ -291,7 +340,12 @@ impl Survey {
             Ok(counted) => counted,
             Err(error) => return failed(error.into()),
         };
-        let _made = folder.parent().map(make_folder).transpose()?;
+        let made = folder.parent().map(make_folder).transpose()?;
+        if self.task.is_some()
+            && let Some(made) = made
+        {
+            made.keep();
+        }
         let again = Again {
             resume: false,
             fresh: self.again.fresh,
@@ -318,7 +372,7 @@ impl Survey {
         let text = serde_json::to_vec_pretty(&kept)?;
         written.unfinished.folder.write(POPULATION, &text)?;
         written.unfinished.finish(written.watch)?;
-        interruption::keeps(&journal_beside(output));
+        interruption::keeps(&self.kept_in(output));
         Ok(Ok(kept.population))
     }
 

@@ -4,16 +4,12 @@
 //! opened again, and its task is done once more. Records may be in any order, because the result of a run depends only on
 //! the set of finished tasks.
 
-mod locks;
-mod marks;
 mod record;
-mod status;
-mod workers;
 
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::fmt;
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
@@ -21,10 +17,7 @@ use std::time::{Duration, Instant};
 
 use super::error::StoreError;
 use crate::topography;
-use locks::Lock;
-use record::{Head, head, is_mark, record, records, split_head};
-pub use status::{RunStatus, StageStatus, WorkerState, WorkerStatus};
-pub use workers::{Worker, WorkersJournal};
+use record::{Head, head, record, records, split_head};
 
 /// The journal is flushed to disk after this many bytes or this much time, which bounds the loss in a power cut. A killed
 /// process loses no record.
@@ -35,7 +28,6 @@ const SYNC_TIME: Duration = Duration::from_secs(5);
 pub struct Journal {
     path: PathBuf,
     dropped_bytes: u64,
-    has_lock: bool,
     inner: Mutex<Inner>,
 }
 
@@ -55,8 +47,8 @@ impl Journal {
     /// [`content_hash`](super::content_hash) of input and settings). With `fresh`, existing content is discarded.
     ///
     /// # Errors
-    /// If the journal was made with another fingerprint, is not a journal, is in use, or cannot be written. On a file system
-    /// without locks ([`Journal::has_lock`]) nothing tells that it is in use.
+    /// If the journal was made with another fingerprint, is not a journal, is in use on this machine, or cannot be written.
+    /// File systems without locks do not show that it is in use.
     pub fn open(path: &Path, fingerprint: &str, fresh: bool) -> Result<Self, StoreError> {
         let mut file = OpenOptions::new()
             .read(true)
@@ -65,8 +57,8 @@ impl Journal {
             .truncate(false)
             .open(path)
             .map_err(StoreError::io("open", path))?;
-        let lock = locks::take(&file).map_err(StoreError::io("lock", path))?;
-        if lock == Lock::Held {
+        // Without a lock the journal is as good.
+        if let Err(TryLockError::WouldBlock) = file.try_lock() {
             return Err(StoreError::InUse(path.to_path_buf()));
         }
         let mut bytes = Vec::new();
@@ -110,24 +102,13 @@ impl Journal {
         Ok(Self {
             path: path.to_path_buf(),
             dropped_bytes,
-            has_lock: lock == Lock::Free,
             inner: Mutex::new(inner),
         })
-    }
-
-    /// Whether a lock keeps other processes away; false on a file system without locks.
-    pub fn has_lock(&self) -> bool {
-        self.has_lock
     }
 
     /// Payload of a finished task.
     pub fn get(&self, key: &str) -> Option<Vec<u8>> {
         self.lock().records.get(key).cloned()
-    }
-
-    /// Whether a task is recorded.
-    fn holds(&self, key: &str) -> bool {
-        self.lock().records.contains_key(key)
     }
 
     /// Records a finished task. A second payload under the same key replaces the first.
@@ -150,12 +131,6 @@ impl Journal {
             inner.sync().map_err(StoreError::io("write", &self.path))?;
         }
         Ok(())
-    }
-
-    /// Appends a mark, which other processes may read and which is no task.
-    fn mark(&self, key: &str, payload: &[u8]) -> Result<(), StoreError> {
-        let record = record(key, payload);
-        (self.lock().append(&record)).map_err(StoreError::io("write", &self.path))
     }
 
     /// Number of recorded tasks.
@@ -251,14 +226,12 @@ impl Inner {
     }
 }
 
-/// All complete records from `start` on but for marks, and the end of the last one.
+/// All complete records from `start` on, and the end of the last one.
 fn scan(bytes: &[u8], start: usize) -> (BTreeMap<String, Vec<u8>>, usize) {
     let (mut tasks, mut end) = (BTreeMap::new(), start);
     for found in records(bytes, start) {
         end = found.end;
-        if !is_mark(found.key) {
-            tasks.insert(found.key.to_owned(), found.payload.to_vec());
-        }
+        tasks.insert(found.key.to_owned(), found.payload.to_vec());
     }
     (tasks, end)
 }

@@ -4,13 +4,9 @@
 //! head:    "landscape journal 1\n"  length u32  crc32 u32  fingerprint
 //! record:  key length u32  payload length u32  crc32 u32  key  payload      (little-endian; the sum covers all else)
 //! ```
-//!
-//! Keys that begin with `~` are marks.
 
 const MAGIC: &[u8] = b"landscape journal 1\n";
 const RECORD_HEAD: usize = 12;
-/// What the keys of marks begin with.
-pub(super) const MARK: char = '~';
 
 pub(super) enum Head<'a> {
     Whole {
@@ -63,8 +59,7 @@ pub(super) fn record(key: &str, payload: &[u8]) -> Vec<u8> {
 pub(super) struct Found<'a> {
     pub(super) key: &'a str,
     pub(super) payload: &'a [u8],
-    /// Where the record begins and ends.
-    pub(super) start: usize,
+    /// Where the record ends.
     pub(super) end: usize,
 }
 
@@ -72,21 +67,14 @@ pub(super) struct Found<'a> {
 pub(super) fn records(bytes: &[u8], start: usize) -> impl Iterator<Item = Found<'_>> {
     let mut next = start;
     std::iter::from_fn(move || {
-        let start = next;
-        let (key, payload) = first_record(&bytes[start..])?;
-        next = start + RECORD_HEAD + key.len() + payload.len();
+        let (key, payload) = first_record(&bytes[next..])?;
+        next += RECORD_HEAD + key.len() + payload.len();
         Some(Found {
             key,
             payload,
-            start,
             end: next,
         })
     })
-}
-
-/// Whether a record is a mark, which tells other processes something and is no task.
-pub(super) fn is_mark(key: &str) -> bool {
-    key.starts_with(MARK)
 }
 
 fn first_record(bytes: &[u8]) -> Option<(&str, &[u8])> {

@@ -338,8 +338,7 @@ impl LandscapeBuilder<'_> {
     ) -> Result<Vec<Connection>, JournalError> {
         let connector = self.connector();
         let attempt = |pair: &(usize, usize)| self.tried.get(pair).copied().unwrap_or(0);
-        // Far pairs take longest. They are begun first, so that nobody waits for the last of them; only where a worker is
-        // missing, others take its share from the end.
+        // Far pairs take longest. They are begun first, so that no thread waits for the last of them.
         let distance = |(i, j): (usize, usize)| self.distances.between(i, j);
         let places = pairs.par_iter().enumerate();
         let mut order: Vec<(f64, usize)> = places
@@ -428,7 +427,7 @@ fn next_search(attempts: &[Attempt]) -> usize {
 }
 
 /// Batches of at least `least` pairs, and of a sixteenth of those before: what is known grows ever more slowly, and many
-/// workers share a batch.
+/// threads share a batch.
 fn growing<T>(pairs: &[T], least: usize) -> impl Iterator<Item = &[T]> {
     let mut done = 0;
     std::iter::from_fn(move || {
