@@ -8,6 +8,7 @@ mod finished_map;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     finished_map::draw(
+        finished_map::BOTTLE,
         &["--colour", "category", "--examples", "8"],
         "disconnectivity",
         "fig07_disconnectivity",

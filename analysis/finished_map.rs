@@ -9,17 +9,22 @@ use std::path::Path;
 
 use command::landscape;
 
-/// The committed grasps.
-const GRASPS: &str = "data/grasps.parquet";
-const MAP: &str = "data/grasps.landscape";
+/// The committed grasps of the bottle, without the ending.
+pub(crate) const BOTTLE: &str = "data/grasps";
 
-/// Draws the map into a temporary folder and copies one picture of it as SVG and PNG.
-pub(crate) fn draw(options: &[&str], picture: &str, stem: &str) -> Result<(), Box<dyn Error>> {
-    if !Path::new(MAP).exists() {
-        landscape(&["build", GRASPS])?;
+/// Draws the map of these grasps into a temporary folder and copies one picture of it as SVG and PNG.
+pub(crate) fn draw(
+    grasps: &str,
+    options: &[&str],
+    picture: &str,
+    stem: &str,
+) -> Result<(), Box<dyn Error>> {
+    let map = format!("{grasps}.landscape");
+    if !Path::new(&map).exists() {
+        landscape(&["build", &format!("{grasps}.parquet")])?;
     }
     let folder = format!("target/{stem}");
-    landscape(&[&["draw", MAP, "-q", "-o", &folder][..], options].concat())?;
+    landscape(&[&["draw", &map, "-q", "-o", &folder][..], options].concat())?;
     for ending in ["svg", "png"] {
         fs::copy(
             format!("{folder}/{picture}.{ending}"),
