@@ -176,7 +176,8 @@ fn faults(document: &str, manifest: &str, files: &BTreeMap<String, String>) -> V
     faults
 }
 
-fn add_files(folder: &Path, below: &str, files: &mut BTreeMap<String, String>) {
+/// Adds the texts of all files in a folder and below, by path.
+pub(super) fn add_files(folder: &Path, below: &str, files: &mut BTreeMap<String, String>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let name = format!("{below}{}", path.file_name().unwrap().to_str().unwrap());

@@ -305,13 +305,10 @@ fn mistakes_in_contacts() {
         ("{".into(), vec!["no contacts", help, "line 1"]),
         ("{}".into(), vec!["missing field `contacts`", help]),
         (format!("[{CONTACT}]"), vec!["list", "\"contacts\"", help]),
-        (
-            r#"{"contacts": []}"#.into(),
-            vec!["there are no contacts in it"],
-        ),
+        (r#"{"contacts": []}"#.into(), vec!["it has no contacts"]),
         (
             format!(r#"{{"contacts": [{}]}}"#, vec![CONTACT; 20_000].join(",")),
-            vec!["there are 20000 contacts in it, but at most 400"],
+            vec!["it has 20000 contacts, but at most 400"],
         ),
         (
             r#"{"contacts": 3}"#.into(),
@@ -393,7 +390,10 @@ fn mistakes_in_contacts() {
     for flags in ["--each", "--grasp 3", "--hand human", "--object ball"] {
         let sentence = desk.mistake(&format!("inspect c.json {flags}"));
         let flag = flags.split(' ').next().unwrap();
-        assert_says(&sentence, &[flag, "c.json holds bare contacts, not grasps"]);
+        assert_says(
+            &sentence,
+            &[flag, "c.json contains bare contacts, not grasps"],
+        );
     }
     assert_says(&desk.mistake("inspect absent.json"), &["absent.json"]);
 }

@@ -275,7 +275,7 @@ fn faults_are_found_where_they_are() {
         ("<joint type=\"slide\"/>", ["<joint>", "range is missing"]),
         (
             "<joint class=\"l\"/>",
-            ["<joint>", "no default class \"l\""],
+            ["<joint>", "no default class is called \"l\""],
         ),
         ("<joint pos=\"0 x 0\"/>", ["<joint>", "finite numbers"]),
         ("<joint pos=\"0 nan 0\"/>", ["<joint>", "finite numbers"]),
@@ -287,7 +287,7 @@ fn faults_are_found_where_they_are() {
         ),
         (
             "<joint/><geom mesh=\"none\"/>",
-            ["<geom>", "no mesh \"none\""],
+            ["<geom>", "no mesh is called \"none\""],
         ),
         (
             "<joint/><geom mesh=\"gone\"/>",

@@ -445,7 +445,7 @@ fn mistakes_have_sentences() {
             .code(3)
             .unwrap_err()
             .to_string()
-            .contains("no latent code 3")
+            .contains("latent code 3 does not exist")
     );
     let bytes = std::fs::read(file("small_model.safetensors")).unwrap();
     for length in [0, 7, 100, bytes.len() - 1] {

@@ -11,6 +11,7 @@ mod folder;
 mod inspect;
 mod labels;
 mod mended_meshes;
+mod messages;
 mod object_files;
 mod object_sizes;
 mod pages;

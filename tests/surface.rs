@@ -206,7 +206,10 @@ fn mistakes_are_told() {
         (&["lj", "7", "--patience", "0"], "--patience 0"),
         (&["lj", "7", "--region=-1:1"], "has 21 coordinates, not 1"),
         (&["muller-brown", "--region=-1:1,2"], "`2` is not low:high"),
-        (&["muller-brown", "-o", "no/where"], "there is no folder no"),
+        (
+            &["muller-brown", "-o", "no/where"],
+            "the folder no does not exist",
+        ),
         (&["--command", "cat"], "--region"),
         (
             &["--command", "cat", "--region=0:1x9", "--elements", "Ar3"],

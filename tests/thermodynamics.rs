@@ -77,11 +77,11 @@ fn sets_are_read_from_files_of_pathsample() {
     fs::write(desk.path("one"), "2\n1\n").unwrap();
     fs::write(desk.path("binary"), [0xff, 0xfe, 0x00]).unwrap();
     for (file, said) in [
-        ("far", "there is no minimum 33: min.data holds 32 minima"),
+        ("far", "minimum 33 does not exist: min.data lists 32 minima"),
         ("few", "says 3 minima, and 2 numbers follow"),
         ("one", "says 2 minima, and 1 number follows"),
-        ("binary", "no list of minima such as min.A"),
-        ("published/absent", "there is no such file"),
+        ("binary", "a list of minima such as min.A"),
+        ("published/absent", "no such file"),
         ("m32", "there are 32 minima, m0 to m31"),
     ] {
         let line = format!("rates published --from {file} --to m0 --temperature 1");
@@ -155,7 +155,7 @@ fn rates_of_a_published_network() {
     let said = desk.mistake(&format!(
         "rates published --from {b} --to {a} --temperature 1 --friction 2"
     ));
-    assert_says(&said, &["negative curvature", "not known"]);
+    assert_says(&said, &["negative curvature", "is unknown"]);
 }
 
 #[test]

@@ -109,7 +109,7 @@ fn coordinates_of_others_are_read() {
     let said = desk.succeed("import seven -o other");
     assert!(
         said.contains(
-            "coordinates were not read: ts.coords does not hold as many coordinates for each of 12 points"
+            "coordinates were not read: ts.coords does not contain as many coordinates for each of 12 points"
         ),
         "{said}"
     );
@@ -234,18 +234,18 @@ fn files_that_do_not_fit_are_refused() {
     desk.write("bad", "0 -1.0\n1 -2.0\n", "0 1 0.5\n0 2 0.5\n");
     let said = desk.mistake("import bad");
     assert!(
-        said.contains("bad: ts.data, line 2, field 2: there is no minimum 2"),
+        said.contains("bad: ts.data, line 2, field 2: minimum 2 is not in min.data"),
         "{said}"
     );
     assert!(!desk.path("bad.landscape").exists() && !desk.path("bad.landscape.partial").exists());
     assert!(
         desk.mistake("import nowhere")
-            .contains("there is no such file or folder")
+            .contains("no such file or folder")
     );
     fs::remove_file(desk.path("bad/min.data")).unwrap();
     assert!(
         desk.mistake("import bad")
-            .contains("it holds neither .npy files of grasps nor min.data and ts.data")
+            .contains("contains neither .npy files of grasps nor min.data and ts.data")
     );
 }
 
@@ -269,7 +269,7 @@ fn minima_alone_are_roots() {
         let [note] = &files.manifest.warnings[..] else {
             panic!("{:?}", files.manifest.warnings)
         };
-        assert!(note.starts_with("there is no ts.data"), "{note}");
+        assert!(note.starts_with("ts.data is missing"), "{note}");
     }
 }
 
@@ -361,7 +361,10 @@ fn views_are_drawn() {
         ("draw t.landscape --pick first", "m0 or m17"),
         ("draw t.landscape --lowest 0", "--lowest 0"),
         ("draw nowhere", "no such file"),
-        ("draw t.landscape -o no/where", "there is no folder no"),
+        (
+            "draw t.landscape -o no/where",
+            "the folder no does not exist",
+        ),
     ] {
         let sentence = desk.mistake(line);
         assert!(sentence.contains(said), "{line}: {sentence}");
@@ -428,7 +431,7 @@ fn branches_stand_at_an_order_parameter() {
     for (flags, said) in [
         (
             "--place-by q4",
-            "there is no quantity `q4`; there are energy, members",
+            "no quantity is called `q4`; the quantities are energy, members",
         ),
         ("--values nowhere.csv --place-by q4", "nowhere.csv"),
         (

@@ -49,7 +49,7 @@ fn a_landscape_without_grasp_types_is_compared_in_one_sentence() {
     assert_says(
         lines[1],
         &[
-            "no grasp types to compare",
+            "Grasp types cannot be compared",
             "2 fingers instead of three or four",
         ],
     );

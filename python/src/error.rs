@@ -132,7 +132,7 @@ pub(crate) fn panicked(py: Python<'_>, payload: &(dyn Any + Send)) -> PyErr {
     exception(
         py,
         "InternalError",
-        &format!("landscape has failed by an error of its own, please report it: {words}"),
+        &format!("internal error of landscape, please report it: {words}"),
     )
 }
 

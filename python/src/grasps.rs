@@ -323,7 +323,7 @@ impl Grasps {
             "label_best" => self.texts(py, |row| row.label_best.as_deref())?,
             "label_category" => self.texts(py, |row| row.label_category.as_deref())?,
             "label_source" => self.texts(py, |row| row.label_source.as_deref())?,
-            _ => return Err(input(py, format!("there is no column `{name}`"))),
+            _ => return Err(input(py, format!("no column is called `{name}`"))),
         })
     }
 

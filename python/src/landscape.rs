@@ -41,7 +41,7 @@ impl Folder {
         Err(input(
             py,
             format!(
-                "there is no minimum {given}: the landscape has {}, from 0",
+                "minimum {given} does not exist: the landscape has {}, numbered from 0",
                 self.files.minima.len()
             ),
         ))

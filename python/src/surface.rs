@@ -340,10 +340,7 @@ impl Surface {
         threads: usize,
     ) -> PyResult<Self> {
         let Some(kind) = Coordinates::named(kind) else {
-            return Err(input(
-                py,
-                format!("there are no coordinates called `{kind}`"),
-            ));
+            return Err(input(py, format!("no coordinates are called `{kind}`")));
         };
         let region = low.iter().zip(&high);
         if low.len() != high.len()
@@ -354,7 +351,7 @@ impl Surface {
         {
             return Err(input(
                 py,
-                format!("box: {low:?} to {high:?} is no box with low < high in each coordinate"),
+                format!("box: {low:?} to {high:?} is not a box with low < high in each coordinate"),
             ));
         }
         let space = kind.space((&low, &high)).map_err(|wrong| match kind {
@@ -492,7 +489,7 @@ impl Surface {
             }
             onto(&*self.parts.space, x);
             if x.iter().any(|number| !number.is_finite()) {
-                return Err(input(py, format!("{name}: row {row} is no quaternion")));
+                return Err(input(py, format!("{name}: row {row} is not a quaternion")));
             }
         }
         Ok(rows)

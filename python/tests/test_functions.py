@@ -430,7 +430,7 @@ def test_rotations():
     assert np.linalg.norm(path.coordinates, axis=1) == pytest.approx(np.ones(len(path.energy)), abs=1e-9)
     ends = ls.quench(energy, [[0.9, 0.1, 0.0, 0.0], [0.5, 0.5, 0.5, 0.4]], ls.Rotations())
     assert ends.converged.all() and ends.energy == pytest.approx([-6.0] * 2, abs=1e-6)
-    with pytest.raises(ls.InputError, match="row 1 is no quaternion"):
+    with pytest.raises(ls.InputError, match="row 1 is not a quaternion"):
         ls.quench(energy, [[1.0, 0.0, 0.0, 0.0], [0.0] * 4], ls.Rotations())
 
 

@@ -216,7 +216,7 @@ def test_a_landscape_grows(grasps, mapped, tmp_path, line):
     assert sorted(np.concatenate(grown.minima["members"])) == sorted(grasps.id)
     assert set(mapped.minima.energy) <= set(grown.minima.energy)
     assert ls.explore("muller-brown").grasps is None
-    with pytest.raises(ls.InputError, match="holds all these grasps already"):
+    with pytest.raises(ls.InputError, match="contains all these grasps already"):
         grasps[:4].build(onto=mapped)
     more = grasps.build(onto=grown, connect=("m1", 0))
     assert more.manifest["findings"]["growth"]["connected"]["searches"] == 40

@@ -122,11 +122,11 @@ impl GroupBarrier {
 #[derive(Debug, Args)]
 pub(super) struct HandAndObject {
     /// The hand, if the file does not describe it. If the file does, judge the poses with this other hand, which must have
-    /// the same joints; contacts are then chosen anew.
+    /// the same joints; contacts are then chosen again.
     #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) hand: Option<String>,
     /// The object, if the file does not describe it. If the file does, judge the poses with this other object (in its own
-    /// size); the contact set stays, all measures are computed anew, and labels and outcomes of simulations are dropped.
+    /// size); the contact set stays, all measures are computed again, and labels and outcomes of simulations are dropped.
     #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     pub(super) object: Option<String>,
 }

@@ -57,8 +57,8 @@ pub(super) struct Build {
     /// How the minima are joined; `passes` by default.
     #[arg(long, value_enum)]
     search: Option<Search>,
-    /// Add the grasps to this finished landscape, with its settings, and do only what is new. Grasps that it holds already are
-    /// skipped. Without --output a new folder is named after the file; the old landscape stays as it is.
+    /// Add the grasps to this finished landscape, with its settings, and do only what is new. Grasps that it contains already
+    /// are skipped. Without --output a new folder is named after the file; the old landscape stays as it is.
     #[arg(long, value_name = "LANDSCAPE", value_hint = clap::ValueHint::AnyPath, conflicts_with_all = [
         "neighbours", "temperature", "pull", "diagram", "paths", "config", "search", "seed",
     ])]
@@ -119,7 +119,7 @@ Writes minima.parquet, edges.parquet, paths.parquet, grasps.parquet (those that 
 network (barriers.graphml), min.data and ts.data for PATHSAMPLE (with placeholders instead of curvatures), the
 disconnectivity graph, the barrier graph and a rarefaction curve (SVG and PNG), summary.md, and report.html, a page on
 which the landscape is explored in a browser (double-click it; --no-report leaves it out). An interrupted run continues
-where it stopped when the same command is given again; --resume demands this, and --fresh begins anew. The result is the
+where it stopped when the same command is given again; --resume demands this, and --fresh starts over. The result is the
 same to the last byte.
 
 The first line counts different grasps, which are the minima of the energy, and families, which are groups of them. Two minima

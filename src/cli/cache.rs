@@ -56,7 +56,7 @@ fn show(cache: &Cache, common: &Common) -> anyhow::Result<()> {
     }
     let Some(folder) = &cache.folder else {
         print(
-            "There is no folder for caches, so nothing is kept between runs: XDG_CACHE_HOME or HOME must be an absolute \
+            "No folder for caches was found, so nothing is kept between runs: set XDG_CACHE_HOME or HOME to an absolute \
              path.\n",
         );
         return Ok(());
@@ -64,7 +64,7 @@ fn show(cache: &Cache, common: &Common) -> anyhow::Result<()> {
     let mut text = format!("folder    {}\n", folder.display());
     let _ = writeln!(
         text,
-        "holds     {}, {}",
+        "contains  {}, {}",
         told(&files),
         told_size(size(&files))
     );

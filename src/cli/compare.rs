@@ -74,7 +74,8 @@ pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
 /// `NAME.comparison` beside the landscape.
 fn beside(command: &Compare) -> anyhow::Result<PathBuf> {
     let stem = command.landscape.file_stem();
-    let stem = stem.with_context(|| format!("{} names no folder", command.landscape.display()))?;
+    let stem =
+        stem.with_context(|| format!("{} does not name a folder", command.landscape.display()))?;
     let name = format!("{}.comparison", stem.to_string_lossy());
     Ok(command.landscape.with_file_name(name))
 }

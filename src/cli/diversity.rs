@@ -52,7 +52,7 @@ Examples:
   landscape diversity a.landscape b.landscape --group-barrier 0.1     with families at one level
 
 The first line is the answer: how many times as many effective kinds one set has as the other, with a 95 % interval. If
-the interval holds 1, no difference is shown, and the line says how many grasps in each set would show one of this size
+the interval contains 1, no difference is shown, and the line says how many grasps in each set would show one of this size
 (in four of five comparisons; widths of intervals fall as one over the square root of the number of grasps). Kinds are
 four things:
   families         groups of a landscape: grasps between which the hand passes over low barriers
@@ -150,7 +150,7 @@ impl Opened {
         let (file, mut warnings) =
             input::read_lacking(path, command.hand.as_deref(), command.object.as_deref())?;
         // Counting needs no energy.
-        warnings.retain(|warning| !warning.starts_with("the file does not tell the energy"));
+        warnings.retain(|warning| !warning.starts_with("the energy of the grasps is not recorded"));
         if !common.quiet {
             input::warn(&warnings);
         }
@@ -199,7 +199,7 @@ fn names(paths: &[PathBuf]) -> Vec<String> {
 /// `NAME.diversity` beside the first set.
 fn beside(set: &Path) -> anyhow::Result<PathBuf> {
     let stem = set.file_stem();
-    let stem = stem.with_context(|| format!("{} names no file or folder", set.display()))?;
+    let stem = stem.with_context(|| format!("{} does not name a file or folder", set.display()))?;
     Ok(set.with_file_name(format!("{}.diversity", stem.to_string_lossy())))
 }
 

@@ -265,7 +265,7 @@ fn one_group<'a>(file: &'a GraspFile, grasps: &[&GraspRow]) -> anyhow::Result<Gr
     let names: Vec<String> = names.collect();
     ensure!(
         names.len() == 1,
-        "the format holds one hand and one object, but the grasps are of {}: choose some of them (--grasp)",
+        "the format supports one hand and one object, but the grasps are of {}: choose some of them (--grasp)",
         if names.is_empty() {
             "none".to_owned()
         } else {
@@ -433,7 +433,7 @@ fn write_files(
     let count = files.len();
     ensure!(
         !single || count == 1,
-        "--output {}: such a file holds one grasp: choose it with --grasp, or name a folder",
+        "--output {}: such a file contains one grasp: choose it with --grasp, or name a folder",
         output.display()
     );
     let _made = (!single).then(|| make_folder(output)).transpose()?;

@@ -103,7 +103,7 @@ pub(super) fn all_known(
 }
 
 /// Reads a file of grasps, with hand and object from `--hand` and `--object` if given. If these differ from those in the
-/// file, all measures are computed anew. Also returns warnings, the last of which are those of the hands.
+/// file, all measures are computed again. Also returns warnings, the last of which are those of the hands.
 pub(super) fn read(
     path: &Path,
     hand_flag: Option<&str>,

@@ -44,7 +44,7 @@ fn farewell() -> (String, bool) {
     match journal.as_deref().filter(|path| path.exists()) {
         Some(journal) => (
             format!(
-                "interrupted: finished tasks are kept in {}; the same command goes on from there (with --fresh it begins anew)",
+                "interrupted: finished tasks are kept in {}; the same command goes on from there (--fresh starts over)",
                 journal.display()
             ),
             true,

@@ -31,13 +31,13 @@ Examples:
   landscape join monday.parquet tuesday.parquet -o mug.parquet      the grasps of both, for build, diversity and so on
   landscape join a.parquet b.parquet c.parquet                      a.joined.parquet
 
-The grasps stand in the order of the files and have new ids from 0; the column `source` tells file and id before
+The grasps stand in the order of the files and have new ids from 0; the column `source` names file and id before
 (`monday.parquet 12`). Every other value stays as it is. Hands and objects of one name must be the same ones. All files must
 be of one energy, and of one protocol and one rule where they were simulated and labelled. Grasps that two files share,
-bit for bit, are kept and told: in statistics they count twice. Files with the same seed and settings share all of theirs,
+bit for bit, are kept, with a warning: in statistics they count twice. Files with the same seed and settings share all grasps,
 so make more grasps with another --seed.
 
-A landscape holds its grasps, too: `landscape join one.landscape/grasps.parquet more.parquet`.";
+A landscape contains its grasps, too: `landscape join one.landscape/grasps.parquet more.parquet`.";
 
 pub(super) fn run(command: &Join, common: &Common) -> anyhow::Result<()> {
     ensure!(

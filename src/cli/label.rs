@@ -56,7 +56,7 @@ contradicts every type, it is `unlisted`. If the hand does not have the thumb an
 `not_applicable`.
 
 Adds the columns label (yours), label_auto, label_score, label_best, label_category and label_source. The rule chooses the
-category first: label_best holds types of this category only, and label_category is there for unlisted grasps, too. labels.csv
+category first: label_best has types of this category only, and label_category is there for unlisted grasps, too. labels.csv
 has the columns id and label: a name or number of a type, or `unlisted`. An empty label takes that of the file away.";
 
 pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()> {
@@ -72,7 +72,7 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
     )?;
     let inputs = common.provenance.sources()?;
     // Labelling needs no energy.
-    warnings.retain(|warning| !warning.starts_with("the file does not tell the energy"));
+    warnings.retain(|warning| !warning.starts_with("the energy of the grasps is not recorded"));
     if !common.quiet {
         input::warn(&warnings);
     }
@@ -141,7 +141,7 @@ fn honour(file: &mut GraspFile, path: &Path) -> anyhow::Result<()> {
     for label in given {
         let row = *rows.get(&label.id).with_context(|| {
             format!(
-                "{}, line {}: there is no grasp with id {}",
+                "{}, line {}: no grasp has the id {}",
                 path.display(),
                 label.line,
                 label.id

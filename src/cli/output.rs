@@ -115,8 +115,8 @@ pub(super) fn check_folder(
         let name = name.to_string_lossy();
         ensure!(
             expected(&name) || name.ends_with(".partial"),
-            "--output {}: this folder holds {name}, which this command would not write: name another folder, or write \
-             beside its files (--force)",
+            "--output {}: this folder contains {name}, which this command would not write: name another folder, or add to its \
+             files (--force)",
             output.display()
         );
     }
@@ -161,7 +161,7 @@ pub(super) fn check_place(output: &Path) -> anyhow::Result<()> {
     if let Some(folder) = output.parent().filter(|folder| *folder != Path::new("")) {
         ensure!(
             folder.is_dir(),
-            "--output {}: there is no folder {}",
+            "--output {}: the folder {} does not exist",
             output.display(),
             folder.display()
         );

@@ -50,8 +50,8 @@ pub(super) struct Rates {
     /// Write NAME.md, NAME.json, and an Arrhenius plot NAME.svg and NAME.png.
     #[arg(long, short, value_name = "NAME")]
     output: Option<PathBuf>,
-    /// Leave out minima whose curvatures are not known, such as those on a face of a box, where they are no harmonic wells, and
-    /// the saddles that lead to them. A note tells how many there are, and their energies.
+    /// Leave out minima whose curvatures are unknown, such as those on a face of a box, where they are not harmonic wells, and
+    /// the saddles that lead to them. A note gives their number and their energies.
     #[arg(long)]
     without_faces: bool,
     #[command(flatten)]
@@ -72,7 +72,7 @@ other minima one by one (graph transformation), in logarithms, so that they are 
 Temperatures are kT in units of the energy; times are in units of √(mass · length² / energy).
 
 Minima are named as in the tree: m0 is the lowest. g1 stands for all minima of a group. A file lists minima as PATHSAMPLE
-does: first how many, then their numbers, counted from 1 in the order of min.data of the folder. The answer tells these
+does: first how many, then their numbers, counted from 1 in the order of min.data of the folder. The answer shows these
 numbers, too.";
 
 /// Greatest number of pathways.
@@ -200,13 +200,13 @@ fn chosen(flag: &str, names: &[String], states: &NetworkOfStates) -> anyhow::Res
             let read = match fs::read(name) {
                 Ok(read) => read,
                 Err(error) if error.kind() == ErrorKind::NotFound => bail!(
-                    "{flag} {name}: there is no such file, and minima and groups are written as the tree names them, m0,m3,g1"
+                    "{flag} {name}: no such file; write minima and groups as the tree names them, such as m0,m3,g1"
                 ),
                 Err(error) => return Err(error).context(format!("{flag} {name}")),
             };
             let text = str::from_utf8(&read).ok().with_context(|| {
                 format!(
-                    "{flag} {name}: this is no list of minima such as min.A of PATHSAMPLE, since it is no text"
+                    "{flag} {name}: not a text file; a list of minima such as min.A of PATHSAMPLE is needed"
                 )
             })?;
             let listed = states.minima_of(text);
@@ -220,7 +220,7 @@ fn chosen(flag: &str, names: &[String], states: &NetworkOfStates) -> anyhow::Res
         );
         ensure!(
             chosen.len() > before,
-            "{flag} {name}: no curvatures are known there, so that --without-faces leaves it out; name other minima"
+            "{flag} {name}: its curvatures are unknown, so --without-faces leaves it out; name other minima"
         );
     }
     chosen.sort_unstable();

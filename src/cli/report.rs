@@ -66,7 +66,7 @@ linked. Move over a leaf to see its grasp; click two to play the lowest way betw
 families, click a join to see only what hangs below it, and an entry of the legend to see only that colour. What is chosen
 stands in the address of the page, so a copied link shows the same.
 
-The page of a file of grasps places them by likeness and tells what is known of them. Its button `Label` starts labelling by
+The page of a file of grasps places them by likeness and shows what is known of them. Its button `Label` starts labelling by
 keyboard; it saves labels.csv, which `landscape label grasps.parquet --from labels.csv` reads. `landscape build`, `surface` and `import` write the page of a
 landscape as report.html into its folder.";
 
@@ -130,8 +130,8 @@ fn of_landscapes(command: &Report, common: &Common) -> anyhow::Result<String> {
     };
     ensure!(
         path.is_dir(),
-        "{path}: a page of two needs two landscapes, and this is a file; run `landscape build {path}` first, or show its grasps \
-         alone: `landscape report {path}`",
+        "{path}: a page of two needs two landscape folders, but this is a file; run `landscape build {path}` first, or show \
+         its grasps alone: `landscape report {path}`",
         path = path.display()
     );
     let mut other = Opened::read(path)?;
@@ -194,15 +194,15 @@ pub(super) fn held(path: &Path) -> anyhow::Result<BTreeMap<u64, bool>> {
 fn of_grasps(command: &Report, common: &Common) -> anyhow::Result<String> {
     if let Some(other) = &command.other {
         bail!(
-            "{shown}: a page of two needs two landscapes, and this is a file; run `landscape build {shown}` first, and show its \
-             landscape beside {}",
+            "{shown}: a page of two needs two landscape folders, but this is a file; run `landscape build {shown}` first, and \
+             show its landscape beside {}",
             other.display(),
             shown = command.shown.display()
         );
     }
     ensure!(
         command.stability.is_none(),
-        "--stability: the file of grasps tells itself which grasps held"
+        "--stability: not needed, because the file of grasps already contains the outcomes"
     );
     let file = input::grasps(&command.shown, &command.of, common)?;
     let watch = Watch::new(common.quiet);

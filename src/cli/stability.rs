@@ -76,7 +76,7 @@ Protocols (rigid bodies, Coulomb friction, the Rapier engine in its deterministi
                         0.3 m. The friction in contact is 0.25: 0.5 for each body, multiplied. The object first settles
                         for a second without gravity, in which only parts that overlap press. The test ends early with a
                         stable grasp if the object rests (it moves less than 10 µm in a quarter of a second).
-  six-directions        The test in use today (DexGraspBench). There is no gravity; the object weighs 0.1 kg and is pushed
+  six-directions        The test in use today (DexGraspBench). Gravity is off; the object weighs 0.1 kg and is pushed
                         with 1 N along ±x, ±y and ±z, 2 s each. A grasp is stable if the object moves less than 5 cm and
                         turns less than 15° in all six. The friction is 0.6. Springs pull the joints toward the object.
   six-directions-rigid  The same with rigid joints.

@@ -150,12 +150,11 @@ Examples:
                                                            find more grasps near given ones
 
 An interrupted run continues where it stopped when the same command is given again; --resume demands this, and --fresh
-begins anew. The result is the same to the last byte.";
+starts over. The result is the same to the last byte.";
 
 /// Printed after a run that keeps strict grasps.
-const ADVICE: &str = "\
-note: strict grasps close and balance, but are not squeezed: many fall in the drop test. `landscape stability` tells which \
-hold; `--keep firm` makes grasps that press.";
+const ADVICE: &str = "note: strict grasps close and balance, but are not squeezed: many fall in the drop test. `landscape \
+stability` shows which hold; `--keep firm` makes grasps that press.";
 
 /// Which settings are used, and how much work a chain does.
 fn plan(command: &Synth, settings: &PopulationSettings) -> String {
@@ -371,7 +370,7 @@ fn origin(command: &Synth, common: &Common) -> anyhow::Result<(Origin, Vec<Strin
         let populations = file.landscapes();
         let [population] = populations.as_slice() else {
             anyhow::bail!(
-                "--from {}: this file holds grasps of {} pairs of hand and object, but chains start from one pair only",
+                "--from {}: this file contains grasps of {} pairs of hand and object, but chains start from one pair only",
                 path.display(),
                 populations.len()
             );

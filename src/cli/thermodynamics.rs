@@ -32,8 +32,8 @@ pub(super) struct Thermodynamics {
     /// them, is no funnel unless there is nothing else.
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     level: Option<f64>,
-    /// Leave out minima whose curvatures are not known, such as those on a face of a box, where they are no harmonic wells, and
-    /// the saddles that lead to them. A note tells how many there are, and their energies.
+    /// Leave out minima whose curvatures are unknown, such as those on a face of a box, where they are not harmonic wells, and
+    /// the saddles that lead to them. A note gives their number and their energies.
     #[arg(long)]
     without_faces: bool,
     #[command(flatten)]
@@ -49,7 +49,7 @@ Examples:
 Each minimum is a harmonic well with the frequencies of its Hessian and the copies that its point group leaves; the sum
 over wells gives the heat capacity, the mean energy, the occupation of each funnel, the entropy of the occupation and the
 frustration index. The asymmetry of the two deepest funnels is printed as well. Temperatures are kT in units of the
-energy. The approximation is good at low temperatures and knows only the minima that were found.
+energy. The approximation is good at low temperatures and covers only the minima that were found.
 
 Writes thermodynamics.csv, .json, .svg and .png, superbasins.csv (number of superbasins against energy), summary.md, and
 the pictures of `landscape draw` with free energies in place of energies.";

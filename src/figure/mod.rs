@@ -93,7 +93,7 @@ pub use sheet::{contact_sheet, contact_sheet_canvas};
 #[non_exhaustive]
 pub enum FigureError {
     /// The ending of the file name is neither `.svg` nor `.png`.
-    #[error("cannot tell the format of figure {}: let its name end in .svg or .png", .0.display())]
+    #[error("the format of figure {} is unknown: give a name that ends in .svg or .png", .0.display())]
     Format(PathBuf),
     /// The number of descriptions is not the number of minima.
     #[error("{described} leaves are described, but the landscape has {present}")]

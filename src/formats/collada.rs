@@ -77,7 +77,7 @@ fn unit(root: Node<'_, '_>) -> Result<f64, String> {
     let metre: Option<f64> = told.trim().parse().ok();
     metre
         .filter(|metre| metre.is_finite() && *metre > 0.0)
-        .ok_or_else(|| at(unit, &format!("meter=\"{told}\" is no positive number")))
+        .ok_or_else(|| at(unit, &format!("meter=\"{told}\" is not a positive number")))
 }
 
 /// Names of elements without their namespace, of which COLLADA has one for each version.
@@ -113,7 +113,7 @@ fn numbers<T: FromStr>(node: Node<'_, '_>) -> Result<Vec<T>, String> {
         .map(|word| {
             word.parse()
                 .ok()
-                .ok_or_else(|| at(node, &format!("\"{word}\" is no number as needed here")))
+                .ok_or_else(|| at(node, &format!("\"{word}\" is not a number")))
         })
         .collect()
 }
@@ -136,7 +136,7 @@ fn whole(node: Node<'_, '_>, name: &str, default: usize) -> Result<usize, String
         told.trim()
             .parse()
             .ok()
-            .ok_or_else(|| at(node, &format!("{name}=\"{told}\" is no whole number")))
+            .ok_or_else(|| at(node, &format!("{name}=\"{told}\" is not a whole number")))
     })
 }
 
@@ -162,7 +162,7 @@ impl<'a, 'i> Reader<'a, 'i> {
             ));
         };
         let found = self.ids.get(id).copied();
-        found.ok_or_else(|| at(from, &format!("there is no element \"{id}\"")))
+        found.ok_or_else(|| at(from, &format!("no element has the id \"{id}\"")))
     }
 
     /// Adds what a node shows, and the nodes in it.
@@ -264,7 +264,7 @@ impl<'a, 'i> Reader<'a, 'i> {
                 let corners = polygon.iter().map(|&corner| {
                     let (Some(number), Some(point)) = (numbers.get_mut(corner), points.get(corner))
                     else {
-                        return Err(at(faces, &format!("there is no vertex {corner}")));
+                        return Err(at(faces, &format!("vertex {corner} does not exist")));
                     };
                     Ok(*number.get_or_insert_with(|| {
                         mesh.vertices.push(*point);
@@ -349,7 +349,7 @@ fn polygons(
         let numbers: Vec<usize> = numbers(list)?;
         if !numbers.len().is_multiple_of(layout.stride) {
             let problem = format!(
-                "{} numbers are no whole groups of {}",
+                "{} numbers do not divide into groups of {}",
                 numbers.len(),
                 layout.stride
             );
@@ -516,22 +516,22 @@ mod tests {
             (
                 "#a\" count",
                 "#b\" count",
-                "<accessor> (line 5): there is no element \"b\"",
+                "<accessor> (line 5): no element has the id \"b\"",
             ),
             (
                 "10 0 0",
                 "10 O 0",
-                "<float_array> (line 4): \"O\" is no number",
+                "<float_array> (line 4): \"O\" is not a number",
             ),
             (
                 "<p>0 0",
                 "<p>9 0",
-                "<triangles> (line 7): there is no vertex 9",
+                "<triangles> (line 7): vertex 9 does not exist",
             ),
             (
                 "<p>0 0",
                 "<p>0",
-                "<p> (line 8): 23 numbers are no whole groups of 2",
+                "<p> (line 8): 23 numbers do not divide into groups of 2",
             ),
             (
                 "meter=\"0.01\"",

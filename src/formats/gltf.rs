@@ -176,7 +176,7 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
         }
         rest = others;
     }
-    Ok((json.ok_or("it holds no JSON")?, binary))
+    Ok((json.ok_or("it contains no JSON")?, binary))
 }
 
 /// An external buffer: base64 text in the URI, or a file in the same folder or below.

@@ -71,7 +71,7 @@ pub(crate) fn lfs_pointer(bytes: &[u8]) -> bool {
 pub(crate) fn bytes_of(path: &Path) -> std::io::Result<Vec<u8>> {
     let told = std::fs::metadata(path)?;
     if !told.is_file() {
-        return Err(std::io::Error::other("it is no file"));
+        return Err(std::io::Error::other("it is not a file"));
     }
     if told.len() > LARGEST {
         let problem = format!("it is larger than {} MB", LARGEST >> 20);

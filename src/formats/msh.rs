@@ -7,7 +7,7 @@ use super::Triangles;
 
 /// Reads the bytes of an MSH file.
 pub(crate) fn read(bytes: &[u8]) -> Result<Triangles, String> {
-    triangles(bytes).ok_or_else(|| "it is no MSH file of MuJoCo".to_owned())
+    triangles(bytes).ok_or_else(|| "it is not an MSH file of MuJoCo".to_owned())
 }
 
 fn triangles(bytes: &[u8]) -> Option<Triangles> {

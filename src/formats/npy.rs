@@ -51,7 +51,7 @@ impl<'a> File<'a> {
         let cut = || "it is cut short".to_owned();
         let rest = bytes
             .strip_prefix(MAGIC)
-            .ok_or("it is no .npy file of numpy")?;
+            .ok_or("it is not a .npy file of numpy")?;
         let (version, rest) = rest.split_at_checked(2).ok_or_else(cut)?;
         let (length, rest) = if version[0] == 1 {
             let (length, rest) = rest.split_first_chunk::<2>().ok_or_else(cut)?;

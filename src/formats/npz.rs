@@ -13,7 +13,7 @@ const LARGEST: u64 = 256 << 20;
 /// The arrays of an archive by name. Arrays of other items than numbers are left out.
 pub(crate) fn read(bytes: &[u8]) -> Result<BTreeMap<String, Numbers>, String> {
     let mut archive = zip::ZipArchive::new(Cursor::new(bytes))
-        .map_err(|error| format!("is no .npz archive: {error}"))?;
+        .map_err(|error| format!("is not a .npz archive: {error}"))?;
     let mut arrays = BTreeMap::new();
     let mut left = LARGEST;
     for index in 0..archive.len() {

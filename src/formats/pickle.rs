@@ -320,7 +320,7 @@ impl<'a> Machine<'a> {
                 let length = self.length::<1>()?;
                 let bytes = self.slice(length)?;
                 if bytes.len() > 8 {
-                    return Err("it holds a whole number of more than 64 bits".to_owned());
+                    return Err("it contains a whole number of more than 64 bits".to_owned());
                 }
                 let negative = bytes.last().is_some_and(|byte| byte & 0x80 != 0);
                 let mut whole = [if negative { 0xff } else { 0 }; 8];
@@ -401,7 +401,7 @@ impl<'a> Machine<'a> {
     /// Counts a copy of a value that may be shared.
     fn copy(&mut self, length: usize) -> Result<(), String> {
         let left = self.copies.checked_sub(length);
-        self.copies = left.ok_or("it expands to far more values than it holds")?;
+        self.copies = left.ok_or("it expands to far more values than its bytes can describe")?;
         Ok(())
     }
 
@@ -419,7 +419,7 @@ impl<'a> Machine<'a> {
         let top = self.top()?;
         match &mut self.heap.nodes[top] {
             Node::List(list) => list.extend(items),
-            _ => return Err("it appends to something that is no list".to_owned()),
+            _ => return Err("it appends to something other than a list".to_owned()),
         }
         Ok(())
     }
@@ -433,7 +433,7 @@ impl<'a> Machine<'a> {
                 ));
             }
             Node::Dictionary(entries) => entries.extend(new),
-            _ => return Err("it sets an entry of something that is no dictionary".to_owned()),
+            _ => return Err("it sets an entry of something other than a dictionary".to_owned()),
         }
         Ok(())
     }
@@ -463,7 +463,7 @@ impl<'a> Machine<'a> {
         let function = self.pop()?;
         let arguments = self.items(arguments)?;
         let Node::Word(word) = *self.heap.node(function) else {
-            return Err("it calls something that is no function".to_owned());
+            return Err("it calls something other than a function".to_owned());
         };
         let shape = match (word, arguments.get(2)) {
             (Word::FromBuffer, Some(&shape)) => Some(self.shape(shape)?),
@@ -472,7 +472,7 @@ impl<'a> Machine<'a> {
         if let (Word::FromBuffer | Word::Encode, Some(&content)) = (word, arguments.first()) {
             self.copy_of(content)?;
         }
-        let wrong = || format!("it holds a {word:?} with unknown arguments").to_lowercase();
+        let wrong = || format!("it contains a {word:?} with unknown arguments").to_lowercase();
         let argument = |place: usize| {
             arguments
                 .get(place)
@@ -523,7 +523,7 @@ impl<'a> Machine<'a> {
             _ => None,
         };
         let shape: Option<Vec<usize>> = items.iter().map(side).collect();
-        shape.ok_or_else(|| "it has an array whose shape is no list of whole numbers".to_owned())
+        shape.ok_or_else(|| "it has an array whose shape is not a list of whole numbers".to_owned())
     }
 
     /// Fills an array, or sets the byte order of a type.

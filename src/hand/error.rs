@@ -24,7 +24,7 @@ pub enum HandError {
         problem: String,
     },
     /// No description at all.
-    #[error("there is no description of a hand")]
+    #[error("no description of a hand is given")]
     NoDescription,
     /// A problem with an element of a description.
     #[error("{place}: {problem}")]
@@ -35,15 +35,13 @@ pub enum HandError {
         problem: String,
     },
     /// No hand of that name comes with the program.
-    #[error("there is no hand \"{name}\" ({})", super::HAND_NAMES.join(", "))]
+    #[error("no hand is called \"{name}\"; the hands are {}", super::HAND_NAMES.join(", "))]
     NoSuchHand {
         /// The name.
         name: String,
     },
     /// The description is not XML but, for example, a mesh or a table.
-    #[error(
-        "this is no description of a hand, which is a URDF or MJCF file (XML) or a MANO file (.npz)"
-    )]
+    #[error("not a description of a hand: give a URDF or MJCF file (XML) or a MANO file (.npz)")]
     NotADescription,
     /// The description is in a format that is not read.
     #[error("{file}: {format} is not read: {remedy}")]

@@ -148,9 +148,9 @@ fn refusal(of: &Loop, open_m: f64, joints: &[&str]) -> HandError {
     HandError::Element {
         place: of.place.clone(),
         problem: format!(
-            "it closes a loop between the links \"{first}\" and \"{second}\", but hands are trees here, and no linear \
-             couplings of {moving} keep the loop closed: it opens by {:.1} mm; cut the loop: remove this element, and remove \
-             the other joints of the loop or let them follow its driven joint (<equality><joint polycoef=\"offset ratio\">)",
+            "it closes a loop between the links \"{first}\" and \"{second}\", but hands are trees here. No linear couplings of \
+             {moving} keep the loop closed: it opens by {:.1} mm. Cut the loop: remove this element, and remove the other \
+             joints of the loop or let them follow its driven joint (<equality><joint polycoef=\"offset ratio\">)",
             1e3 * open_m
         ),
     }

@@ -18,7 +18,9 @@ pub(super) fn to_obj(name: &str, bytes: &[u8], folder: &Path) -> Result<String, 
     }
     let mesh = match ending(Path::new(name)).as_str() {
         "obj" => triangles(bytes)?,
-        "stl" => checked(stl::read(bytes).map_err(|error| format!("it is no STL file: {error}"))?)?,
+        "stl" => {
+            checked(stl::read(bytes).map_err(|error| format!("it is not an STL file: {error}"))?)?
+        }
         "msh" => checked(msh::read(bytes)?)?,
         "ply" => checked(ply::read(bytes)?)?,
         "gltf" | "glb" => checked(gltf::read(bytes, folder)?)?,
@@ -41,7 +43,7 @@ pub(super) fn to_obj(name: &str, bytes: &[u8], folder: &Path) -> Result<String, 
 
 /// The triangles of OBJ text.
 pub(super) fn triangles(mut text: &[u8]) -> Result<Triangles, String> {
-    checked(obj::read(&mut text).map_err(|error| format!("it is no OBJ file: {error}"))?)
+    checked(obj::read(&mut text).map_err(|error| format!("it is not an OBJ file: {error}"))?)
 }
 
 /// Refuses a mesh without triangles or with invalid numbers.

@@ -70,7 +70,7 @@ impl Disk {
         let path = fs::canonicalize(path).map_err(|error| unreadable(error.to_string()))?;
         if !path.starts_with(&self.within) {
             return Err(format!(
-                "it lies outside {}: put it there, or name a folder that holds all files of the hand (--hand-folder)",
+                "it lies outside {}: put it there, or name a folder that contains all files of the hand (--hand-folder)",
                 self.within.display()
             ));
         }
@@ -112,7 +112,7 @@ impl Files for NoFiles {
 pub(super) fn text_of(bytes: Vec<u8>) -> Result<String, String> {
     String::from_utf8(bytes).map_err(|error| {
         let place = error.utf8_error().valid_up_to();
-        format!("it is not a text file, which URDF and MJCF files are (byte {place} is no UTF-8)")
+        format!("it is not a text file, which URDF and MJCF files are (byte {place} is not UTF-8)")
     })
 }
 
@@ -120,7 +120,7 @@ pub(super) fn text_of(bytes: Vec<u8>) -> Result<String, String> {
 pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, String> {
     let told = fs::metadata(path).map_err(|error| error.to_string())?;
     if !told.is_file() {
-        return Err("it is no file".to_owned());
+        return Err("it is not a file".to_owned());
     }
     if told.len() > LARGEST {
         return Err(format!("it is larger than {} MB", LARGEST >> 20));

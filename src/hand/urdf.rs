@@ -138,7 +138,7 @@ fn movable(
         JointType::Prismatic => (JointKind::Slide, range),
         JointType::Floating => {
             notes.push(format!(
-                "joint \"{}\" is floating and is taken as fixed: the pose tells where the hand is",
+                "joint \"{}\" is floating and is taken as fixed: the pose of a grasp places the hand",
                 joint.name
             ));
             return Ok(None);

@@ -396,7 +396,10 @@ impl Form<'_, '_> {
         };
         let words: Vec<&str> = text.split_whitespace().collect();
         if let Some(word) = words.iter().find(|word| word.parse::<f64>().is_err()) {
-            return Err(self.error(node, format!("{name}=\"{text}\": \"{word}\" is no number")));
+            return Err(self.error(
+                node,
+                format!("{name}=\"{text}\": \"{word}\" is not a number"),
+            ));
         }
         if words.len() != count {
             let (are, has) = (if count == 1 { "is" } else { "are" }, words.len());

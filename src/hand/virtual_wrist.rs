@@ -175,8 +175,8 @@ impl Model {
             .map(|&j| self.joints[j].name.as_str())
             .collect();
         self.notes.push(format!(
-            "the joints {} move the whole hand, so they are taken as a virtual wrist and are no joints of the hand here: the \
-             pose of a grasp, which is that of link \"{}\" with these joints at zero, stands for them; only `export qpos` writes them",
+            "the joints {} move the whole hand, so they are taken as a virtual wrist and not as joints of the hand. The pose \
+             of a grasp, which is that of link \"{}\" with these joints at zero, replaces them; only `export qpos` writes them",
             names.join(", "),
             self.bodies[if self.is_displaced(last) { 0 } else { last }].name
         ));

@@ -123,7 +123,7 @@ pub enum MeshError {
         percent: f64,
     },
     /// The surface is to become a wall, but encloses a volume already.
-    #[error("{0} is closed, so there is no open surface to make a wall of: leave out --thickness")]
+    #[error("{0} is closed, so it has no open surface to make a wall of: leave out --thickness")]
     Closed(String),
     /// Triangles lie on each other in a way that is not resolved.
     #[error(
@@ -148,8 +148,8 @@ pub enum MeshError {
     },
     /// A surface crosses itself nearly everywhere.
     #[error(
-        "{percent:.0} % of the surface of {name} has no inside or no outside next to it (winding number), so it bounds no \
-         solid: remesh it"
+        "{percent:.0} % of the surface of {name} has no inside or no outside next to it (winding number), so it does not bound \
+         a solid: remesh it"
     )]
     Sides {
         /// File or object.

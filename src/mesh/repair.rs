@@ -164,15 +164,15 @@ impl fmt::Display for Repair {
             ),
             Self::Nested { pieces, share } => write!(
                 formatter,
-                "{pieces} piece{} inside others {} as solid ({:.1} % of the volume), because faces in both directions do not \
-                 tell cavities: to make a cavity, keep only the faces that point into it",
+                "{pieces} piece{} inside others {} as solid ({:.1} % of the volume), because cavities cannot be recognised \
+                 where faces point both ways: to make a cavity, keep only the faces that point into it",
                 were(*pieces, "", "s"),
                 were(*pieces, "counts", "count"),
                 100.0 * share
             ),
             Self::Crosses { share } => write!(
                 formatter,
-                "the surface crosses itself: {:.1} % of it has no inside or no outside beside it",
+                "the surface crosses itself: {:.1} % of it has no inside or no outside next to it",
                 100.0 * share
             ),
         }

@@ -275,12 +275,12 @@ fn size_note(name: &str, mesh: &Mesh) -> Option<String> {
     let size_m = mesh.size_m();
     if size_m > USUAL_M[1] {
         Some(format!(
-            "{name} is {size_m:.2} m across, more than a hand holds: is a scale missing? Meshes of unit size, as \
-             DexGraspNet's, need one (--scale 0.1), and so do other units than the metre"
+            "{name} is {size_m:.2} m across, too large for a hand; if the mesh is not in metres, pass --scale (such as --scale \
+             0.1 for meshes of unit size, as DexGraspNet's)"
         ))
     } else if size_m < USUAL_M[0] {
         Some(format!(
-            "{name} is {:.1} mm across, less than a fingertip: is its unit the metre? Another one needs a scale (--scale)",
+            "{name} is only {:.1} mm across, less than a fingertip; if the mesh is not in metres, pass --scale",
             1e3 * size_m
         ))
     } else {

@@ -34,7 +34,7 @@ pub struct QuenchSettings {
     pub max_step: f64,
     /// Number of steps remembered by L-BFGS.
     pub history: usize,
-    /// Number of times that the discrete choice is made anew, for energies that have one.
+    /// Number of times that the discrete choice is made again, for energies that have one.
     pub choice_rounds: usize,
 }
 

@@ -47,8 +47,8 @@ pub enum StoreError {
     Altered(PathBuf),
     /// Another program wrote a file of which only the outcomes of simulations are to be read.
     #[error(
-        "{0} was written by another program, so nothing vouches that its outcomes of simulations are those of its poses: run \
-         `landscape stability` on it"
+        "{0} was written by another program, so its outcomes of simulations may not belong to its poses: run `landscape \
+         stability` on it"
     )]
     Unsealed(PathBuf),
     /// The manifest of the landscape does not list this table, or lists it with another hash.
@@ -74,8 +74,8 @@ pub enum StoreError {
     },
     /// A Parquet file does not describe its hand or object.
     #[error(
-        "{path} does not describe its {missing}: it was not written by landscape, or its metadata were lost when another \
-         program rewrote it, as polars and DuckDB do; give {flags}{named} (columns and units are listed in the documentation of grasps.parquet)"
+        "{path} does not describe its {missing}: another program wrote it, or rewrote it without the landscape metadata, as \
+         polars and DuckDB do. Pass {flags}{named} (the documentation of grasps.parquet lists columns and units)"
     )]
     NoMetadata {
         /// The file.
@@ -96,7 +96,7 @@ pub enum StoreError {
         reason: String,
     },
     /// A newer version of the program wrote the file.
-    #[error("{path} has schema version {found}, but this program knows version {known} only")]
+    #[error("{path} has schema version {found}, but only version {known} is supported")]
     SchemaVersion {
         /// The file.
         path: PathBuf,
@@ -124,7 +124,10 @@ pub enum StoreError {
         expected: &'static str,
     },
     /// A column has the wrong type.
-    #[error("column `{column}` of {path} holds {found}; {} needed", are(expected))]
+    #[error(
+        "column `{column}` of {path} contains {found}; {} needed",
+        are(expected)
+    )]
     ColumnType {
         /// The file.
         path: PathBuf,
@@ -146,7 +149,7 @@ pub enum StoreError {
         fault: Fault,
     },
     /// The file has no rows.
-    #[error("{0} holds no grasps")]
+    #[error("{0} contains no grasps")]
     Empty(PathBuf),
     /// A file or folder of another program has that name, so it is not replaced.
     #[error("{0} exists and was not made by landscape: move it away or choose another name")]
@@ -159,7 +162,7 @@ pub enum StoreError {
     NoName(PathBuf),
     /// The folder of a landscape has no manifest.
     #[error(
-        "{0} holds no finished landscape: landscape.json is missing or comes from another program"
+        "{0} contains no finished landscape: landscape.json is missing or comes from another program"
     )]
     Unfinished(PathBuf),
     /// The journal belongs to a run with other input or settings.
@@ -214,7 +217,7 @@ pub enum Fault {
         column: String,
     },
     /// A value is NaN or infinite.
-    #[error("column `{column}` holds {value}, which is not a finite number")]
+    #[error("column `{column}` contains {value}, which is not a finite number")]
     NotFinite {
         /// The column.
         column: String,
@@ -222,7 +225,7 @@ pub enum Fault {
         value: f64,
     },
     /// A value is negative or too large for a count or an index.
-    #[error("column `{column}` holds {value}, expected a whole number from 0 to {largest}")]
+    #[error("column `{column}` contains {value}, expected a whole number from 0 to {largest}")]
     NotWhole {
         /// The column.
         column: String,
@@ -232,7 +235,7 @@ pub enum Fault {
         largest: u64,
     },
     /// A list has the wrong length.
-    #[error("column `{column}` holds {}, expected {expected}", counted(*found, "number"))]
+    #[error("column `{column}` contains {}, expected {expected}", counted(*found, "number"))]
     Length {
         /// The column.
         column: String,
@@ -297,7 +300,7 @@ pub enum Fault {
         known: String,
     },
     /// A value is invalid.
-    #[error("column `{column}` holds `{value}`, expected {expected}")]
+    #[error("column `{column}` contains `{value}`, expected {expected}")]
     Unexpected {
         /// The column.
         column: String,
@@ -339,8 +342,8 @@ pub enum Warning {
     },
     /// The given hand is not the one that the file describes.
     #[error(
-        "hand `{given}` replaces hand `{told}` as the file describes it: contacts, labels and outcomes of simulations \
-         are dropped, and measures are still those of the hand in the file"
+        "using hand `{given}` instead of `{told}`: contacts, labels and outcomes of simulations are dropped; measures are \
+         still those of the hand in the file"
     )]
     OtherHand {
         /// The name of the hand in the file.
@@ -351,8 +354,7 @@ pub enum Warning {
     /// No checksum of this program vouches for the content of a file of grasps, so its measures are those of its poses only
     /// if [`GraspFile::verify`](super::GraspFile::verify) finds them so.
     #[error(
-        "{0} was written by another program, so nothing vouches that its energies, measures and outcomes of simulations are \
-         those of its poses"
+        "{0} was written by another program, so its energies, measures and outcomes of simulations may not belong to its poses"
     )]
     Unsealed(PathBuf),
     /// Measures in a file are not those of its poses.
@@ -381,8 +383,8 @@ pub enum Warning {
     },
     /// Outcomes of simulations belong to the poses as far as the measures tell, but another program wrote the file.
     #[error(
-        "the outcomes of simulations ({outcomes} of {grasps} grasps) are as the file tells them: another program wrote it, so \
-         they are not verified; `landscape stability` simulates the grasps again"
+        "the outcomes of simulations ({outcomes} of {grasps} grasps) are not verified, because another program wrote the file; \
+         `landscape stability` simulates the grasps again"
     )]
     UnverifiedOutcomes {
         /// Number of grasps with outcomes.
@@ -398,7 +400,7 @@ pub enum Warning {
     NoChecksums(PathBuf),
     /// The file has more than this version of the program knows, from a newer version or another program.
     #[error(
-        "{path} holds what this version does not know and does not keep: {}",
+        "{path} contains entries that this version does not support and drops: {}",
         list(unknown.iter().map(String::as_str))
     )]
     Unknown {
@@ -408,7 +410,7 @@ pub enum Warning {
         unknown: Vec<String>,
     },
     /// The file describes nothing, and the rows name a hand or an object otherwise than the user.
-    #[error("the {kind} given, `{given}`, is taken for `{told}`, the only one that the rows name")]
+    #[error("using {kind} `{given}` for `{told}`, the only {kind} that the rows name")]
     TakenFor {
         /// `hand` or `object`.
         kind: &'static str,
@@ -431,8 +433,8 @@ pub enum Warning {
     },
     /// The given object is not the one that the file describes.
     #[error(
-        "object `{given}` replaces object `{told}` as the file describes it: labels and outcomes of simulations are \
-         dropped, and measures are still those of the object in the file"
+        "using object `{given}` instead of `{told}`: labels and outcomes of simulations are dropped; measures are still those \
+         of the object in the file"
     )]
     OtherObject {
         /// The name of the object in the file.

@@ -52,8 +52,8 @@ impl GraspFile {
                 return Err(StoreError::Foreign {
                     path: path.to_path_buf(),
                     problem: format!(
-                        "its grasps are of `{told}` at scale {}: the size of `{given}` in its place is unknown; give an \
-                         object called `{told}`, which is taken at that scale",
+                        "cannot scale `{given}`: the grasps are of `{told}` at scale {}. Give an object called `{told}` to \
+                         apply that scale",
                         grasp.scale
                     ),
                 });
@@ -184,7 +184,7 @@ fn place(
         _ => Err(StoreError::Foreign {
             path: path.to_path_buf(),
             problem: format!(
-                "{column} `{given}` is none of those that the file describes ({}), so it is not clear which of them it \
+                "{column} `{given}` is not one of those that the file describes ({}), so it is unclear which of them it \
                  replaces",
                 list(known.iter().copied())
             ),

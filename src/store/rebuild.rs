@@ -60,12 +60,12 @@ pub enum RebuildError {
     },
     /// The contacts of the rows are numbers of other surface points than those of this version.
     #[error(
-        "hand `{0}` does not match: the version of the program that wrote the file placed the surface points, whose numbers \
-         are the contacts, elsewhere; name the hand with --hand, so that contacts are chosen anew"
+        "hand `{0}` does not match: another version of the program wrote the file and placed the surface points of the \
+         contacts elsewhere; name the hand with --hand to choose contacts again"
     )]
     OtherPoints(String),
     /// The file has only the name of an object.
-    #[error("the file does not hold the mesh of object `{0}`: name it with --object")]
+    #[error("the file does not contain the mesh of object `{0}`: name it with --object")]
     NoMesh(String),
     /// The description of an object is invalid.
     #[error("the description of object `{object}` in the file")]
@@ -87,7 +87,7 @@ pub enum RebuildError {
         source: Beyond,
     },
     /// The metadata have an energy of another program or version.
-    #[error("this program does not know the energy in the metadata")]
+    #[error("the energy in the metadata is not supported by this version")]
     Energy(#[source] serde_json::Error),
     /// A setting of the energy is out of range.
     #[error(transparent)]

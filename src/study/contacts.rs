@@ -42,11 +42,11 @@ pub struct GivenContact {
 #[non_exhaustive]
 pub enum ContactsError {
     /// There are none.
-    #[error("there are no contacts in it")]
+    #[error("it has no contacts")]
     None,
     /// There are more than a grasp has.
     #[error(
-        "there are {0} contacts in it, but at most {MOST_CONTACTS} are allowed: give those of one grasp"
+        "it has {0} contacts, but at most {MOST_CONTACTS} are allowed: give those of one grasp"
     )]
     TooMany(usize),
     /// A distance overflows.

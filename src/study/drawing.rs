@@ -509,9 +509,9 @@ pub(super) fn not_drawn(minima: usize) -> Option<String> {
     ];
     (minima > leaves.min(nodes)).then(|| {
         format!(
-            "pictures show what is legible: the {PRUNED} deepest valleys in disconnectivity graphs of more than {leaves} minima \
-             or groups, and the {nodes} deepest in barrier graphs; the texts (tree.nwk, tree.dot, tree.json, barriers.graphml) hold all, and \
-             `landscape draw` draws what its views choose"
+            "pictures show what is legible: the {PRUNED} deepest valleys in disconnectivity graphs of more than {leaves} \
+             minima or groups, and the {nodes} deepest in barrier graphs; the texts (tree.nwk, tree.dot, tree.json, \
+             barriers.graphml) contain all, and `landscape draw` draws what its views choose"
         )
     })
 }

@@ -59,7 +59,7 @@ pub enum StudyError {
         source: Box<RebuildError>,
     },
     /// The energy of a landscape belongs to another program or version.
-    #[error("this program does not know the energy of {landscape}")]
+    #[error("the energy of {landscape} is not supported by this version")]
     Energy {
         /// The landscape.
         landscape: String,
@@ -67,7 +67,7 @@ pub enum StudyError {
         source: serde_json::Error,
     },
     /// The tables contain no points of the path between two minima.
-    #[error("the landscape holds no path from m{a} to m{b}")]
+    #[error("the landscape contains no path from m{a} to m{b}")]
     NoPath {
         /// One minimum.
         a: u64,
@@ -76,8 +76,8 @@ pub enum StudyError {
     },
     /// A landscape was made without its grasps.
     #[error(
-        "{0} holds no grasps.parquet, because an earlier version made it: build it once more from its grasps, then others can \
-         be added"
+        "{0} contains no grasps.parquet, because an earlier version made it: build it once more from its grasps, then others \
+         can be added"
     )]
     WithoutGrasps(String),
     /// A landscape was made by sequential ADELM.
@@ -86,7 +86,7 @@ pub enum StudyError {
     )]
     Sequential(String),
     /// The settings of a landscape belong to another version.
-    #[error("this program does not know the settings of {landscape}")]
+    #[error("the settings of {landscape} are not supported by this version")]
     MapSettings {
         /// The landscape.
         landscape: String,
@@ -114,7 +114,7 @@ pub enum StudyError {
     OtherEnergy(String),
     /// A landscape has all grasps already.
     #[error(
-        "{0} holds all these grasps already: there is nothing to add (--connect searches between two of its minima)"
+        "{0} contains all these grasps already: there is nothing to add (--connect searches between two of its minima)"
     )]
     NothingNew(String),
     /// The manifest of a landscape has no group barrier.
@@ -130,16 +130,16 @@ pub enum StudyError {
     },
     /// Thermodynamics and kinetics need curvatures.
     #[error(
-        "{0} holds no curvatures (each row of its min.data holds the placeholders: ln-product 0, order 1, moments 0): search \
-         the surface with `landscape surface`, or give files of PATHSAMPLE with frequencies. Minima on the faces of a box \
-         have no curvatures"
+        "{0} contains no curvatures (each row of its min.data has the placeholders: ln-product 0, order 1, moments 0): search \
+         the surface with `landscape surface`, or give files of PATHSAMPLE with frequencies. Minima on the faces of a box have \
+         no curvatures"
     )]
     NoVibrations(String),
     /// Some minima have no curvatures.
     #[error(
-        "{name}: the curvatures of {count} of {} are not known: {minima}. They lie on faces of a box, where they are no harmonic \
-         wells, or their rows of min.data hold placeholders. --without-faces leaves them out, together with the saddles that lead \
-         to them",
+        "{name}: the curvatures of {count} of {} are unknown: {minima}. They lie on faces of a box, where they are not \
+         harmonic wells, or their rows of min.data contain placeholders. --without-faces leaves them out, together with the \
+         saddles that lead to them",
         counted(*all, "minimum")
     )]
     MinimaWithoutVibrations {
@@ -155,7 +155,7 @@ pub enum StudyError {
     /// Kinetics needs the curvatures of transition states.
     #[error(
         "none of the {count} transition states of {name} has curvatures: they are bounds or lie on the faces of a box, or the \
-         rows of ts.data hold the placeholders (ln-product 0, order 1, moments 0; where an ln-product of 0 is known, write \
+         rows of ts.data contain the placeholders (ln-product 0, order 1, moments 0; where an ln-product of 0 is known, write \
          1e-300)"
     )]
     NoStateVibrations {

@@ -54,7 +54,7 @@ const PRESETS: [(&str, &str); 4] = [
 #[non_exhaustive]
 pub enum ExperimentError {
     /// No preset has this name.
-    #[error("preset {0}: there is no such preset; the presets are {list}", list = PRESETS.map(|(known, _)| known).join(", "))]
+    #[error("preset {0} does not exist; the presets are {list}", list = PRESETS.map(|(known, _)| known).join(", "))]
     Preset(String),
     /// A file changes a preset that does not exist.
     #[error("{}, key preset", path.display())]

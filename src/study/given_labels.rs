@@ -25,7 +25,7 @@ pub enum GivenLabelError {
     #[error("{0}")]
     Table(String),
     /// A column is missing.
-    #[error("there is no column `{0}`: the first line must be `id,label`")]
+    #[error("column `{0}` is missing: the first line must be `id,label`")]
     NoColumn(&'static str),
     /// The id of a grasp is not a whole number.
     #[error("line {line}: the id `{id}` is not a whole number")]

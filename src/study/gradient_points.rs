@@ -66,7 +66,7 @@ impl fmt::Display for BrokenSymmetry {
         let ([here, there], x) = (self.energies, &self.x);
         write!(
             formatter,
-            "symmetry {} changes the energy from {here} to {there} at {x:?}, so that it is none",
+            "symmetry {} changes the energy from {here} to {there} at {x:?}, so it is not a symmetry of the energy",
             self.generator + 1
         )
     }

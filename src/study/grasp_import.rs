@@ -112,7 +112,7 @@ pub enum GraspImportError {
         source: Beyond,
     },
     /// There is nothing to import.
-    #[error("{} holds no grasps", .0.display())]
+    #[error("{} contains no grasps", .0.display())]
     Empty(PathBuf),
     /// The table has several objects, and none has the given name.
     #[error(

@@ -198,7 +198,7 @@ impl<'a> ImportedLandscape<'a> {
 
     fn warnings(&self) -> Vec<String> {
         let unverified =
-            "transition states are taken at the word of the files: nothing was verified".to_owned();
+            "transition states are taken from the files and were not verified".to_owned();
         let unverified = (!self.database.transition_states.is_empty()).then_some(unverified);
         unverified
             .into_iter()

@@ -189,7 +189,7 @@ pub fn read_grasps(
             |(name, _)| format!("that of the preset `{name}` is used, which has the same terms"),
         );
         warnings.push(format!(
-            "the file does not tell the energy of its grasps (metadata are lost when another program writes a file anew): \
+            "the energy of the grasps is not recorded in the file (other programs drop the metadata when they rewrite it): \
              {energy}"
         ));
     }
@@ -224,12 +224,12 @@ pub fn read_grasps(
 fn told(warning: &Warning) -> String {
     match warning {
         Warning::OtherHand { told, given } => format!(
-            "the poses are judged with the hand given, `{given}`, instead of `{told}` as the file describes it: contacts are \
-             chosen and all measures taken anew; labels and outcomes of simulations are dropped"
+            "using hand `{given}` instead of `{told}`: contacts are chosen and all measures computed again; labels and \
+             outcomes of simulations are dropped"
         ),
         Warning::OtherObject { told, given } => format!(
-            "the poses are judged with the object given, `{given}`, instead of `{told}` as the file describes it: all \
-             measures are taken anew; labels and outcomes of simulations are dropped"
+            "using object `{given}` instead of `{told}`: all measures are computed again; labels and outcomes of simulations \
+             are dropped"
         ),
         other => other.to_string(),
     }

@@ -119,8 +119,8 @@ impl<'a> Kinetics<'a> {
     fn bound(&self) -> Option<String> {
         let height = self.bounded_at?;
         Some(format!(
-            "no sequence of transition states joins the two sets; a way at most {} high does, but a part of it is a bound and no \
-             transition state, so that the rate is not known",
+            "no sequence of transition states joins the two sets; a way at most {} high does, but part of it is an upper bound \
+             and not a transition state, so the rate is unknown",
             as_given(height)
         ))
     }
@@ -301,8 +301,8 @@ impl<'a> Kinetics<'a> {
         if self.states.left_out > 0 {
             let _ = writeln!(
                 text,
-                "\nConnections without curvatures are left out, {} in number: they are bounds or lie on the faces of a box, or their \
-                 rows of ts.data hold placeholders.",
+                "\nConnections without curvatures are left out, {} in number: they are bounds or lie on the faces of a box, or \
+                 their rows of ts.data contain placeholders.",
                 self.states.left_out
             );
         }

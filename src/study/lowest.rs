@@ -57,8 +57,8 @@ pub(super) fn told(found: &Exploration, report: &LowestReport, merges: &[Merge])
 pub(super) fn not_drawn(report: &LowestReport, minima: usize) -> Option<String> {
     (minima > report.sought).then(|| {
         format!(
-            "pictures and the texts of the tree and the network show the {} lowest minima; min.data, ts.data and the tables hold \
-             all, and `landscape draw` draws what its views choose",
+            "pictures and the texts of the tree and the network show the {} lowest minima; min.data, ts.data and the tables \
+             contain all, and `landscape draw` draws what its views choose",
             report.sought
         )
     })

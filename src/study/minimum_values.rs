@@ -45,7 +45,7 @@ impl MinimumValues {
             let minimum = number.ok().filter(|number| *number < minima);
             let minimum = minimum.ok_or_else(|| {
                 format!(
-                    "line {line}: `{name}` is no minimum of the landscape, which has m0 to m{}",
+                    "line {line}: `{name}` is not a minimum of the landscape, which has m0 to m{}",
                     minima.saturating_sub(1)
                 )
             })?;
@@ -82,12 +82,12 @@ impl MinimumValues {
         let Some((_, values)) = self.columns.iter().find(|(known, _)| known == name) else {
             let names: Vec<&str> = self.columns.iter().map(|(name, _)| name.as_str()).collect();
             return Err(format!(
-                "there is no quantity `{name}`; there are {}",
+                "no quantity is called `{name}`; the quantities are {}",
                 names.join(", ")
             ));
         };
         if let Some(minimum) = values.iter().position(|value| !value.is_finite()) {
-            return Err(format!("`{name}` of m{minimum} is no finite number"));
+            return Err(format!("`{name}` of m{minimum} is not a finite number"));
         }
         Ok(LeafValues {
             name: name.to_owned(),

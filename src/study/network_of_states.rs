@@ -64,7 +64,7 @@ pub enum NumberedMinima {
     )]
     Empty,
     /// A word is no whole number.
-    #[error("`{0}` is no number of a minimum")]
+    #[error("`{0}` is not the number of a minimum")]
     NoNumber(String),
     /// There are fewer or more numbers than the text says.
     #[error(
@@ -81,7 +81,7 @@ pub enum NumberedMinima {
     },
     /// No minimum has the number.
     #[error(
-        "there is no minimum {number}: min.data holds {}, counted from 1",
+        "minimum {number} does not exist: min.data lists {}, counted from 1",
         counted(*count, "minimum")
     )]
     NoSuchMinimum {
@@ -208,7 +208,7 @@ impl NetworkOfStates {
         let saddles = self.left_out + gone.len() - 1;
         let digits = Digits::of([lost, kept]);
         self.notes.push(format!(
-            "{} of {} minima are left out, since their curvatures are not known, as on a face of a box: {}; partition functions, \
+            "{} of {} minima are left out, since their curvatures are unknown, as on a face of a box: {}; partition functions, \
              occupations and rates lack them. The lowest of them has the energy {}, and the lowest that is counted {}{}",
             unknown.len(),
             self.database.minima.len(),
@@ -415,7 +415,7 @@ fn complete(database: &mut Database, rows: &[StationaryRow]) -> Vec<String> {
     let (minima, saddles): (Vec<_>, Vec<_>) = rows.iter().partition(|row| row.index == 0);
     if minima.len() != database.minima.len() || saddles.len() != database.transition_states.len() {
         return vec![
-            "stationary.parquet holds other points than min.data and ts.data, and was not used"
+            "stationary.parquet contains other points than min.data and ts.data, and was not used"
                 .to_owned(),
         ];
     }
@@ -589,11 +589,11 @@ mod tests {
         assert_eq!(states.minima_of(" 3\n 3 3\n2"), Ok(vec![0, 1]));
         for (wrong, said) in [
             ("", "empty"),
-            ("1\n0\n", "no minimum 0"),
-            ("1\n4\n", "no minimum 4: min.data holds 3"),
+            ("1\n0\n", "minimum 0 does not exist"),
+            ("1\n4\n", "minimum 4 does not exist: min.data lists 3"),
             ("2\n1\n", "says 2 minima, and 1 number follows"),
             ("0\n", "one or more"),
-            ("1\nm1\n", "`m1` is no number"),
+            ("1\nm1\n", "`m1` is not the number"),
         ] {
             let told = states.minima_of(wrong).unwrap_err().to_string();
             assert!(told.contains(said), "{told}");

@@ -159,7 +159,9 @@ impl GraspReport<'_> {
         let further = match uncertainty.unseen.coverage() {
             Some(share) => format!("{share} further grasps would be of a known family"),
             None => {
-                format!("to tell how many families are missing, {LEAST_MEMBERS} grasps are needed")
+                format!(
+                    "to estimate how many families are missing, {LEAST_MEMBERS} grasps are needed"
+                )
             }
         };
         format!(
@@ -487,7 +489,7 @@ fn largest_groups(mapped: &Mapped<'_>, names: &[GroupName]) -> Vec<String> {
     groups.sort_by_key(|(name, _)| (std::cmp::Reverse(name.grasps), name.group));
     let mut lines = vec![
         "## Largest families\n".to_owned(),
-        "A name tells the most frequent type and its share, what touches the object in most grasps, and, where two thirds \
+        "A name gives the most frequent type and its share, what touches the object in most grasps, and, where two thirds \
          agree, the side of the thumb and the place on the object.\n"
             .to_owned(),
         "| family | name | different grasps | grasps | lowest energy |\n|---|---|---|---|---|".to_owned(),

@@ -29,8 +29,8 @@ use crate::topography::{
 /// Greatest number of rows of a table in the summary.
 const SHOWN: usize = 20;
 
-const KINKS: &str = "ended at the bottom of a kink: the gradient jumps there and does not vanish, so that \
-                                it is no minimum of a smooth surface (round the kink off)";
+const KINKS: &str = "ended at the bottom of a kink: the gradient jumps there and does not vanish, so it is not a minimum of a \
+                                smooth surface (round the kink off)";
 const UNFINISHED: &str = "from random points ended where the gradient does not vanish: the energy jumps there, \
                           its domain ends there, it has no lower bound, its gradient is wrong, or a valley is so stiff that the \
                           evaluations of a descent did not suffice (`max_evaluations` in --config)";
@@ -346,14 +346,14 @@ impl SurfaceReport<'_> {
         if stopped && coverage.searches == 0 {
             return Some(
                 "the search was stopped by --budget while it still sought the lowest minima; none of them are joined, and the \
-                 clock decided where it stopped"
+                 result depends on the speed of the machine"
                     .to_owned(),
             );
         }
         if self.lowest.is_some_and(|report| report.hopping_stopped) {
             return Some(
-                "half of the time of --budget was over before the hops to the lowest minima ended by themselves; lower ones are \
-                 likely, and the clock decided where the hops stopped"
+                "half of the time of --budget was over before the hops to the lowest minima ended by themselves; lower ones \
+                 are likely, and the result depends on the speed of the machine"
                     .to_owned(),
             );
         }
@@ -364,8 +364,8 @@ impl SurfaceReport<'_> {
         };
         stopped.then(|| {
             format!(
-                "the search was stopped by --budget after {}, before it ended by itself; the clock decided where, \
-                 and `--search {kind} --searches {}` without --budget repeats the result on any machine",
+                "the search was stopped by --budget after {}, before it ended by itself, so the result depends on the speed of \
+                 the machine; `--search {kind} --searches {}` without --budget repeats it on any machine",
                 counted(coverage.searches, "search"),
                 coverage.searches
             )
@@ -392,26 +392,26 @@ impl SurfaceReport<'_> {
         let [minima, saddles] = self.degenerate();
         if minima + saddles > 0 {
             warnings.push(format!(
-                "{} and {} are not isolated (`degenerate` in the tables): each stands for a ring, a trough or a plateau. Points of \
-                 one energy count as one if a walk along the level directions joins them. Otherwise they are told apart only if \
-                 descents from between them end on both sides of a ridge, so that some may have been counted as one",
+                "{} and {} are not isolated (`degenerate` in the tables): each stands for a ring, a trough or a plateau. \
+                 Points of one energy count as one if a walk along the level directions joins them. Otherwise they are \
+                 distinguished only if descents from between them end on both sides of a ridge, so some may be counted as one",
                 counted(minima, "minimum"),
                 counted(saddles, "saddle")
             ));
         }
         if self.found.distinct_saddles().count() < self.found.saddles.len() {
             warnings.push(
-                "more than two valleys meet in a saddle whose curvatures vanish: it is listed once for each valley but one, and \
-                 its rows after the first are `duplicate` in the tables. Rates over it are not harmonic"
+                "more than two valleys meet in a saddle whose curvatures vanish: it is listed once for each valley except one, \
+                 and its rows after the first are `duplicate` in the tables. Rates over it are not harmonic"
                     .to_owned(),
             );
         }
         let [minima, saddles] = self.on_faces();
         if minima + saddles > 0 {
             warnings.push(format!(
-                "on a face of the box, curvatures are not told. Minima there: {minima}; saddles there: {saddles}. min.data \
-                 and ts.data hold placeholders, and `thermodynamics` and `rates` cannot count these points (--without-faces leaves \
-                 such minima out)"
+                "on a face of the box, curvatures are not given. Minima there: {minima}; saddles there: {saddles}. min.data \
+                 and ts.data contain placeholders, and `thermodynamics` and `rates` cannot count these points (--without-faces \
+                 leaves such minima out)"
             ));
         }
         warnings.extend(no_minima(self.found));
@@ -437,8 +437,8 @@ impl SurfaceReport<'_> {
         let bounds = self.found.bounds.len();
         if bounds > 0 {
             warnings.push(format!(
-                "{} between these components {} a relaxed path over no verified saddle: its height is an upper bound, dashed in the \
-                 pictures, and no transition state, so that ts.data, `thermodynamics` and `rates` leave it out",
+                "{} between these components {} a relaxed path over no verified saddle: its height is an upper bound, dashed \
+                 in the pictures, and not a transition state, so that ts.data, `thermodynamics` and `rates` leave it out",
                 counted(bounds, "connection"),
                 if bounds == 1 { "is" } else { "are each" }
             ));
@@ -463,8 +463,8 @@ impl SurfaceReport<'_> {
         }
         let (kinks, jumps) = (kinks.count(), found.coverage.unfinished);
         if kinks + jumps > 0 {
-            return "the energy has kinks, jumps or gaps (see the descents above), and the ridge between the minima may be one, on \
-                    which no saddle can be verified"
+            return "the energy has kinks, jumps or gaps (see the descents above), and no saddle can be verified if the ridge \
+                    between the minima is a kink"
                 .to_owned();
         }
         let outside = ended(SearchEnd::Outside);
@@ -476,8 +476,8 @@ impl SurfaceReport<'_> {
         let flat = ended(SearchEnd::Flat);
         if flat > found.coverage.arrived {
             return format!(
-                "{flat} searches ended where the surface is flat along the way up, so that the saddle between them may be degenerate \
-                 (without curvature in some direction), and such a saddle may not be verified"
+                "{flat} searches ended where the surface is flat along the way up; the saddle between them may be degenerate \
+                 (without curvature in some direction) and cannot be verified then"
             );
         }
         "one is missing (--patience looks longer), or it lies on a kink, where it cannot be verified".to_owned()
@@ -584,7 +584,7 @@ impl SurfaceReport<'_> {
         };
         [
             format!(
-                "- {}, {} of which ended at a saddle beside which they had not begun; the last new point came with search {}{}",
+                "- {}, {} of which ended at a saddle near which they had not begun; the last new point came with search {}{}",
                 counted(coverage.searches, "search"),
                 coverage.arrived,
                 coverage.last_new,
@@ -735,7 +735,7 @@ fn completeness(found: &Exploration) -> String {
     if coverage.planned > 0 {
         return format!(
             "nothing is claimed, since the search was stopped before {} planned searches, most of them along modes of known \
-             minima, which find most saddles: how many are missing cannot be told",
+             minima, which find most saddles: how many are missing cannot be estimated",
             coverage.planned
         );
     }
@@ -746,7 +746,7 @@ fn completeness(found: &Exploration) -> String {
             format!("about {least:.0} saddles or more are missing (Chao's lower bound), and the minima behind them")
         };
         let bound = coverage.unseen_below.map_or_else(
-            || "there is no useful upper limit".to_owned(),
+            || "a useful upper limit cannot be given".to_owned(),
             |bound| format!("up to {bound} may be missing (95 % limit)"),
         );
         format!("{expected}; {bound}")

@@ -387,8 +387,8 @@ impl<'a> Thermodynamics<'a> {
         if states.left_out > 0 {
             let _ = writeln!(
                 text,
-                "\nConnections without curvatures are left out of the free energies, {} in number: they are bounds or lie on the \
-                 faces of a box, or their rows of ts.data hold placeholders.",
+                "\nConnections without curvatures are left out of the free energies, {} in number: they are bounds or lie on \
+                 the faces of a box, or their rows of ts.data contain placeholders.",
                 states.left_out
             );
         }

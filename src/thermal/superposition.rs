@@ -7,18 +7,18 @@ use crate::topography::exchange::{Database, Vibrations};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Missing {
     /// There are no minima.
-    #[error("there are no minima")]
+    #[error("at least one minimum is needed")]
     Minima,
     /// A minimum has no vibrational data.
     #[error(
-        "the curvatures of m{0} are not known: it may lie on a face of a box, where it is no harmonic well"
+        "the curvatures of m{0} are unknown: it may lie on a face of a box, where it is not a harmonic well"
     )]
     MinimumVibrations(usize),
     /// A transition state has no vibrational data.
-    #[error("the curvatures of saddle {0} are not known")]
+    #[error("the curvatures of saddle {0} are unknown")]
     StateVibrations(usize),
     /// The negative curvature of a transition state is needed (for Kramers rates) and not known.
-    #[error("the negative curvature of saddle {0} is not known, and friction needs it")]
+    #[error("the negative curvature of saddle {0} is unknown, but --friction needs it")]
     NegativeCurvature(usize),
 }
 

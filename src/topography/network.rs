@@ -28,7 +28,7 @@ pub enum Evidence {
     Saddle,
     /// Lowest point of a seam between two discrete choices, verified by descents on both sides.
     Seam,
-    /// Transition state of another program, taken at its word.
+    /// Transition state of another program, not verified here.
     Given,
     /// Relaxed path: its perpendicular force is below the tolerance, and doubling the images does not change its height.
     Path,

@@ -180,7 +180,7 @@ fn planted_families_are_compared_at_one_level() {
             .starts_with("even.landscape is the more diverse by families (orders 1 and 2 only): it has 5.3 times as many")
     );
     let notes = found["notes"].to_string();
-    assert_says(&notes, &["even.landscape is the landscape of a surface"]);
+    assert_says(&notes, &["even.landscape is not a landscape of grasps"]);
 
     // The passes of this surface are 1 high: at twice the level 0.6 all minima are one family, so nothing can be told.
     plant_families(&desk, "near.landscape", [10; 8], 0.6);

@@ -345,8 +345,8 @@ fn first_lines_answer_the_question() {
         "families"
     };
     let headline = format!(
-        "3 grasps of the human hand on ball are {} different ones in {} {families}; to tell how many families are missing, 30 \
-         grasps are needed.",
+        "3 grasps of the human hand on ball are {} different ones in {} {families}; to estimate how many families are missing, \
+         30 grasps are needed.",
         counts.minima, counts.groups
     );
     let first = brief.lines().next().unwrap();

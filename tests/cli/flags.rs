@@ -19,7 +19,7 @@ fn unwritable_output() {
             let sentence = desk.early_mistake(&format!("{command} -o {output}"));
             assert_eq!(
                 sentence,
-                format!("--output {output}: there is no folder {folder}")
+                format!("--output {output}: the folder {folder} does not exist")
             );
         }
     }

@@ -212,7 +212,10 @@ fn grasps_of_others() {
     let said = desk.succeed("build own.parquet --hand human --object box");
     assert_says(
         &said,
-        &["warning: the file does not tell the energy", "`closed`"],
+        &[
+            "warning: the energy of the grasps is not recorded",
+            "`closed`",
+        ],
     );
     desk.succeed("build g.parquet --quiet");
     let energies = |name: &str| {
@@ -268,7 +271,7 @@ fn names_in_rows_without_metadata() {
         &["does not describe its object", "`sem-Ball-1`", "--object"],
     );
     let said = desk.succeed("label own.parquet --object ball -o l.parquet --force");
-    assert_says(&said, &["`ball`, is taken for `sem-Ball-1`"]);
+    assert_says(&said, &["`ball` for `sem-Ball-1`"]);
     assert_eq!(objects("l.parquet")[0], "sem-Ball-1");
 
     named(&["sem-Ball-1", "sem-Ball-2"]).write(&desk.path("several.parquet"));
@@ -294,7 +297,10 @@ fn grasps_are_judged_with_another_object() {
     assert_eq!(judged("--hand human --object ball"), (own.clone(), said));
 
     let (other, said) = judged("--object can");
-    assert_says(&said, &["object given, `can`, instead of `ball`", "anew"]);
+    assert_says(
+        &said,
+        &["using object `can` instead of `ball`", "computed again"],
+    );
     assert_eq!(other["grasps"][0]["object"], "can");
     let energies = |told: &serde_json::Value| -> Vec<f64> {
         let rows = told["grasps"].as_array().unwrap().iter();
@@ -323,10 +329,7 @@ fn grasps_are_judged_with_another_object() {
     let (other, said) = judged("--hand own.urdf");
     assert_says(
         &said,
-        &[
-            "hand given, `own`, instead of `human`",
-            "contacts are chosen",
-        ],
+        &["using hand `own` instead of `human`", "contacts are chosen"],
     );
     assert_eq!(other["grasps"][0]["hand"], "own");
     let contacts = other["grasps"][0]["contacts"].as_array().unwrap().len();

@@ -172,7 +172,7 @@ fn what_cannot_grow_is_refused_in_one_sentence() {
     let refused = |line: &str, words: &[&str]| assert_says(&desk.early_mistake(line), words);
     refused(
         "build g.parquet --first 3 --onto old.landscape -o new.landscape",
-        &["old.landscape holds all these grasps already"],
+        &["old.landscape contains all these grasps already"],
     );
     refused(
         "build g.parquet --onto old.landscape -o old.landscape",

@@ -160,7 +160,7 @@ fn an_output_is_no_input() {
         let said = [
             "is an input of this command",
             "exists and was not made",
-            "folder holds",
+            "folder contains",
             "this is a folder",
         ];
         assert!(

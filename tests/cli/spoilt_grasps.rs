@@ -53,7 +53,7 @@ fn wrong_schema_version() {
         Desk::refusal(|parts| metadata(parts, |value| value["schema_version"] = json!(7)));
     assert_eq!(
         sentence,
-        "spoilt.parquet has schema version 7, but this program knows version 1 only"
+        "spoilt.parquet has schema version 7, but only version 1 is supported"
     );
 }
 
@@ -70,7 +70,10 @@ fn not_a_number() {
         values[2] = f64::NAN;
         parts.set("energy", Float64Array::from(values))
     });
-    assert_says(&sentence, &["spoilt.parquet, row 2", "`energy` holds NaN"]);
+    assert_says(
+        &sentence,
+        &["spoilt.parquet, row 2", "`energy` contains NaN"],
+    );
 }
 
 #[test]
@@ -85,7 +88,7 @@ fn infinite() {
     });
     assert_says(
         &sentence,
-        &["spoilt.parquet, row 1", "`translation_m` holds inf"],
+        &["spoilt.parquet, row 1", "`translation_m` contains inf"],
     );
 }
 
@@ -286,7 +289,7 @@ fn no_grasps() {
         }
         parts
     });
-    assert_eq!(sentence, "spoilt.parquet holds no grasps");
+    assert_eq!(sentence, "spoilt.parquet contains no grasps");
 }
 
 #[test]
@@ -369,7 +372,7 @@ fn measures_that_are_not_those_of_the_poses_are_computed_anew() {
         &[
             "warning: the measures of 2 of 6 grasps in the file are not those of their poses (row 1: `energy` is 0.0010, computed ",
             "computed ones are used; 2 outcomes of simulations and 2 labels by the rule are left out",
-            "warning: the outcomes of simulations (4 of 6 grasps) are as the file tells them",
+            "warning: the outcomes of simulations (4 of 6 grasps) are not verified",
         ],
     );
     let told: Value = serde_json::from_slice(&output.stdout).unwrap();

@@ -199,7 +199,7 @@ fn what_cannot_be_surveyed_is_told() {
     assert_says(
         &said,
         &[
-            "human/copy holds the same grasps as human/ball and is left out",
+            "human/copy contains the same grasps as human/ball and is left out",
             "1 of the files or populations could not be surveyed",
             "broken.parquet",
         ],
@@ -215,7 +215,7 @@ fn what_cannot_be_surveyed_is_told() {
     );
     assert_says(
         &desk.early_mistake("survey nowhere.parquet"),
-        &["no file or folder nowhere.parquet"],
+        &["no such file or folder: nowhere.parquet"],
     );
     assert_says(
         &desk.early_mistake("survey set/broken.parquet"),
@@ -229,6 +229,6 @@ fn what_cannot_be_surveyed_is_told() {
     );
     assert_says(
         &desk.early_mistake("survey set/human/ball.parquet set/gripper_parallel/ball.parquet --no-map -o two.survey"),
-        &["have the same name", "give the folder that holds both"],
+        &["have the same name", "give the folder that contains both"],
     );
 }

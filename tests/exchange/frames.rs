@@ -193,10 +193,7 @@ fn nested_scenes_are_read_as_flat_files() {
     // What is missing is told.
     let absent = [qpos(), ("scene_path", Value::Text("scenes/b.npy"))];
     let absent = read("absent.npy", &absent).unwrap();
-    assert_says(
-        &absent.notes[0],
-        &["scenes/b.npy", "is not there", "--scale"],
-    );
+    assert_says(&absent.notes[0], &["scenes/b.npy", "is missing", "--scale"]);
     let cup = [("obj_name", Value::Text("cup"))];
     let wrong: &[(&str, Value<'_>)] = &[
         ("scene", Value::Dictionary(&objects)),

@@ -63,7 +63,7 @@ fn mistakes_are_one_sentence() {
         (format!("import cut.npy {with}"), &["cut.npy", "cut short"]),
         (
             format!("import words.npy {with}"),
-            &["words.npy", "no .npy file"],
+            &["words.npy", "not a .npy file"],
         ),
         (
             format!("import other.npy {with}"),
@@ -85,7 +85,10 @@ fn mistakes_are_one_sentence() {
             format!("import long.csv {with}"),
             &["row 1", "quaternion has length"],
         ),
-        (format!("import ragged.csv {with}"), &["no valid CSV table"]),
+        (
+            format!("import ragged.csv {with}"),
+            &["not a valid CSV table"],
+        ),
         (
             format!("import far.csv {with}"),
             &[
@@ -98,8 +101,8 @@ fn mistakes_are_one_sentence() {
             format!("import other.csv {with}"),
             &["no columns for the joints jaw", "mapping"],
         ),
-        (format!("import empty.csv {with}"), &["holds no grasps"]),
-        (format!("import bad.json {with}"), &["no valid JSON"]),
+        (format!("import empty.csv {with}"), &["contains no grasps"]),
+        (format!("import bad.json {with}"), &["not valid JSON"]),
         (
             format!("import t.csv {with} --mapping odd.toml"),
             &["odd.toml", "roll"],
@@ -135,7 +138,7 @@ fn mistakes_are_one_sentence() {
         ),
         (
             format!("import empty {with}"),
-            &["empty: it holds neither .npy files", "min.data"],
+            &["empty: contains neither .npy files", "min.data"],
         ),
         (
             format!("import data {with}"),
@@ -184,7 +187,7 @@ fn mistakes_are_one_sentence() {
         ),
         (
             "export t.parquet glb -o all.glb -q".to_owned(),
-            &["holds one grasp"],
+            &["contains one grasp"],
         ),
     ] {
         let sentence = desk.mistake(&line);
@@ -228,7 +231,10 @@ fn a_pickle_cannot_make_much_of_little() {
         let once = said(&pickle(1));
         assert!(once.contains("neither `qpos`"), "{once}");
         let often = said(&pickle(300));
-        assert!(often.contains("far more values than it holds"), "{often}");
+        assert!(
+            often.contains("far more values than its bytes can describe"),
+            "{often}"
+        );
     }
     let entries = said(&[&b"}("[..], &b"K\x01N".repeat(2000), b"u."].concat());
     assert!(entries.contains("1024 entries"), "{entries}");

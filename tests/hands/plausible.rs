@@ -511,7 +511,7 @@ fn a_loop_that_no_line_closes_is_refused() {
     for part in [
         "<connect> (hand, line 1)",
         "\"coupler\" and \"rocker\"",
-        " mm; cut the loop: remove this element",
+        " mm. Cut the loop: remove this element",
         "drive, passive, back",
     ] {
         assert!(told.contains(part), "{told}");

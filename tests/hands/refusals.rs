@@ -164,7 +164,7 @@ fn what_is_missing_or_unreadable_is_named_with_its_line() {
             "upper=\"1.4\"",
             "upper=\"wide\"",
             "<limit> of joint \"j\"",
-            "\"wide\" is no number",
+            "\"wide\" is not a number",
         ),
         (
             GOOD,
@@ -199,7 +199,7 @@ fn what_is_missing_or_unreadable_is_named_with_its_line() {
             "xyz=\"1 0 0\"",
             "xyz=\"1,0,0\"",
             "<axis> of joint \"j\"",
-            "\"1,0,0\" is no number",
+            "\"1,0,0\" is not a number",
         ),
         (
             GOOD,

@@ -325,7 +325,11 @@ fn what_cannot_be_used_is_said() {
             CompressionMethod::Stored,
         )
     };
-    assert!(read(b"PK", "{}").unwrap_err().contains("no .npz archive"));
+    assert!(
+        read(b"PK", "{}")
+            .unwrap_err()
+            .contains("not a .npz archive")
+    );
     assert!(read(&some(&[]), "{}").unwrap_err().contains("`v_template`"));
     assert!(
         read(&some(&["v_template"]), "{}")

@@ -245,9 +245,9 @@ fn a_file_of_others_needs_hand_and_object() {
     };
     assert_eq!(
         foreign().refusal(),
-        "grasps.parquet does not describe its hand and object: it was not written by landscape, or its metadata were lost \
-         when another program rewrote it, as polars and DuckDB do; give --hand and --object (columns and units are listed in the documentation \
-         of grasps.parquet)"
+        "grasps.parquet does not describe its hand and object: another program wrote it, or rewrote it without the \
+         landscape metadata, as polars and DuckDB do. Pass --hand and --object (the documentation of grasps.parquet lists \
+         columns and units)"
     );
     let only_hand = foreign()
         .read(Overrides {
@@ -257,7 +257,7 @@ fn a_file_of_others_needs_hand_and_object() {
         .unwrap_err()
         .to_string();
     assert!(
-        only_hand.contains("does not describe its object: it was"),
+        only_hand.contains("does not describe its object: another program wrote it"),
         "{only_hand}"
     );
     let (found, _) = foreign().read(overrides()).unwrap();
@@ -299,10 +299,10 @@ fn overrides_of_another_name() {
 
     let refused = only_cup(0.5).read(teapot()).unwrap_err().to_string();
     let reason =
-        "its grasps are of `cup` at scale 0.5: the size of `teapot` in its place is unknown";
+        "cannot scale `teapot`: the grasps are of `cup` at scale 0.5. Give an object called `cup`";
     assert!(refused.contains(reason), "{refused}");
     let refused = of(&file(2)).read(teapot()).unwrap_err().to_string();
-    let reason = "object `teapot` is none of those that the file describes (`cup`, `bowl`)";
+    let reason = "object `teapot` is not one of those that the file describes (`cup`, `bowl`)";
     assert!(refused.contains(reason), "{refused}");
 }
 

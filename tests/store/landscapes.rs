@@ -63,7 +63,7 @@ fn a_landscape_may_be_almost_empty_and_must_be_finite() {
     let refused = spoilt.write(&folder).unwrap_err();
     assert_eq!(
         sentence(&refused, folder.path()),
-        "edges.parquet, row 1 (the first is 0): column `height` holds inf, which is not a finite number"
+        "edges.parquet, row 1 (the first is 0): column `height` contains inf, which is not a finite number"
     );
 }
 
@@ -75,12 +75,12 @@ fn folders_that_are_no_landscapes_are_not_read() {
     fs::create_dir(&path).unwrap();
     assert_eq!(
         refusal(),
-        "cup.landscape holds no finished landscape: landscape.json is missing or comes from another program"
+        "cup.landscape contains no finished landscape: landscape.json is missing or comes from another program"
     );
     fs::write(path.join("landscape.json"), "{}").unwrap();
     assert_eq!(
         refusal(),
-        "cup.landscape holds no finished landscape: landscape.json is missing or comes from another program"
+        "cup.landscape contains no finished landscape: landscape.json is missing or comes from another program"
     );
     fs::write(
         path.join("landscape.json"),
@@ -89,6 +89,6 @@ fn folders_that_are_no_landscapes_are_not_read() {
     .unwrap();
     assert_eq!(
         refusal(),
-        "cup.landscape/landscape.json has schema version 2, but this program knows version 1 only"
+        "cup.landscape/landscape.json has schema version 2, but only version 1 is supported"
     );
 }

@@ -32,27 +32,27 @@ fn rows_that_cannot_be_used_are_refused() {
     let cases: [(Spoil, &str); 17] = [
         (
             |grasp| grasp.energy = f64::NAN,
-            "column `energy` holds NaN, which is not a finite number",
+            "column `energy` contains NaN, which is not a finite number",
         ),
         (
             |grasp| grasp.terms[1] = f64::INFINITY,
-            "column `term_distance` holds inf, which is not a finite number",
+            "column `term_distance` contains inf, which is not a finite number",
         ),
         (
             |grasp| grasp.friction = Some(f64::NEG_INFINITY),
-            "column `friction` holds -inf, which is not a finite number",
+            "column `friction` contains -inf, which is not a finite number",
         ),
         (
             |grasp| grasp.grasp.pose[2] = f64::NAN,
-            "column `translation_m` holds NaN, which is not a finite number",
+            "column `translation_m` contains NaN, which is not a finite number",
         ),
         (
             |grasp| grasp.grasp.pose[3] = f64::NAN,
-            "column `rotation_wxyz` holds NaN, which is not a finite number",
+            "column `rotation_wxyz` contains NaN, which is not a finite number",
         ),
         (
             |grasp| grasp.grasp.pose.joints_mut()[1] = f64::INFINITY,
-            "column `joints_rad` holds inf, which is not a finite number",
+            "column `joints_rad` contains inf, which is not a finite number",
         ),
         (
             |grasp| grasp.scale = 0.0,
@@ -73,11 +73,11 @@ fn rows_that_cannot_be_used_are_refused() {
         ),
         (
             |grasp| grasp.grasp.pose = with_joints(&grasp.grasp.pose, &[0.2, -7.0, 0.0]),
-            "column `joints_rad` holds 3 numbers, expected 2",
+            "column `joints_rad` contains 3 numbers, expected 2",
         ),
         (
             |grasp| grasp.terms.clear(),
-            "column `term_…` holds 0 numbers, expected 2",
+            "column `term_…` contains 0 numbers, expected 2",
         ),
         (
             |grasp| grasp.grasp.contacts = vec![3, 40],
@@ -116,7 +116,7 @@ fn the_reader_names_row_and_column() {
         spoilt("epsilon", 3, f64::NAN),
         row(
             3,
-            "column `epsilon` holds NaN, which is not a finite number"
+            "column `epsilon` contains NaN, which is not a finite number"
         )
     );
     assert_eq!(
@@ -145,11 +145,11 @@ fn the_reader_names_row_and_column() {
         ),
         (
             set("rotation_wxyz", lists([unit, &[1.0, 0.0, 0.0]])),
-            "column `rotation_wxyz` holds 3 numbers, expected 4",
+            "column `rotation_wxyz` contains 3 numbers, expected 4",
         ),
         (
             set("joints_rad", lists([&[0.0, 0.0], &[0.0, f64::NAN]])),
-            "column `joints_rad` holds NaN, which is not a finite number",
+            "column `joints_rad` contains NaN, which is not a finite number",
         ),
         (
             set("joints_rad", lists([&[0.0, 0.0], &[1.6, 0.0]])),
@@ -158,7 +158,7 @@ fn the_reader_names_row_and_column() {
         ),
         (
             set("contacts", whole([vec![Some(1)], vec![Some(2), Some(-1)]])),
-            "column `contacts` holds -1, expected a whole number from 0 to 4294967295",
+            "column `contacts` contains -1, expected a whole number from 0 to 4294967295",
         ),
         (
             set("contacts", whole([vec![Some(1)], vec![Some(2), None]])),
@@ -174,7 +174,7 @@ fn the_reader_names_row_and_column() {
         ),
         (
             set("id", Arc::new(Int64Array::from(vec![3, -3]))),
-            "column `id` holds -3, expected a whole number from 0 to 18446744073709551615",
+            "column `id` contains -3, expected a whole number from 0 to 18446744073709551615",
         ),
         (
             set("id", Arc::new(Int64Array::from(vec![3, 3]))),
@@ -225,14 +225,14 @@ fn files_that_are_no_grasp_files_are_refused() {
     .unwrap_err();
     assert_eq!(
         sentence(&refused, folder.path()),
-        "grasps.parquet holds no grasps"
+        "grasps.parquet contains no grasps"
     );
 
     let mut parts = of(&file(2));
     for (_, array) in &mut parts.columns {
         *array = array.slice(0, 0);
     }
-    assert_eq!(parts.refusal(), "grasps.parquet holds no grasps");
+    assert_eq!(parts.refusal(), "grasps.parquet contains no grasps");
     for column in [
         "translation_m",
         "rotation_wxyz",
@@ -253,14 +253,14 @@ fn files_that_are_no_grasp_files_are_refused() {
         .refusal();
     assert_eq!(
         refused,
-        "column `energy` of grasps.parquet holds text; numbers are needed"
+        "column `energy` of grasps.parquet contains text; numbers are needed"
     );
     let refused = of(&file(2))
         .set("contacts", Int64Array::from(vec![1, 2]))
         .refusal();
     assert_eq!(
         refused,
-        "column `contacts` of grasps.parquet holds whole numbers; lists of whole numbers are needed"
+        "column `contacts` of grasps.parquet contains whole numbers; lists of whole numbers are needed"
     );
 }
 
@@ -276,7 +276,7 @@ fn metadata_are_checked() {
     };
     assert_eq!(
         spoilt(|value| value["schema_version"] = json!(7)),
-        "grasps.parquet has schema version 7, but this program knows version 1 only"
+        "grasps.parquet has schema version 7, but only version 1 is supported"
     );
     let begin = "the `landscape` metadata of grasps.parquet cannot be used: ";
     let cases: [(Spoil, &str); 5] = [

@@ -80,7 +80,7 @@ fn minima_that_no_verified_saddle_joins_are_joined_by_a_bound() {
     let kinetics = Kinetics::new(&states, (&[1], &[0]), &asked, &Watching::default()).unwrap();
     let text = kinetics.markdown();
     assert!(
-        text.contains("no transition state") && text.contains("unknown"),
+        text.contains("not a transition state") && text.contains("unknown"),
         "{text}"
     );
     assert!(kinetics.to_json()["at"][0]["forward"].is_null());

@@ -132,7 +132,7 @@ fn names_and_searches_that_cannot_be_connected_are_told() {
         (
             ["m0", "m1"],
             &["--budget", "1m"],
-            "--connect m0 m1: with --budget the clock decides",
+            "--connect m0 m1: with --budget, the names of minima depend",
         ),
         (
             ["m0", "m1"],
@@ -142,7 +142,7 @@ fn names_and_searches_that_cannot_be_connected_are_told() {
         (
             ["m0", "m1"],
             &["--search", "adelm"],
-            "--connect means nothing to attraction–diffusion alone",
+            "--connect has no effect on attraction–diffusion alone",
         ),
     ] {
         let [from, to] = names;

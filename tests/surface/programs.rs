@@ -481,9 +481,9 @@ fn declared_symmetries_make_one_point_of_copies() {
     assert_eq!(minima.split_whitespace().nth(2), Some("2"), "{minima}");
     for (text, said) in [
         ("1 2\n-2 3\n", "does not name coordinate 1"),
-        ("2 one\n", "line 1: `one` is no number"),
+        ("2 one\n", "line 1: `one` is not the number"),
         ("1 2 3\n", "has 3 numbers"),
-        ("# none\n", "holds no symmetry"),
+        ("# none\n", "contains no symmetry"),
     ] {
         fs::write(&symmetries, text).unwrap();
         let told = desk.mistake(&[&arguments[..], &declared].concat());

@@ -109,5 +109,5 @@ def existing(path: StrPath) -> Path:
     """The path of a file or folder that exists."""
     found = Path(path)
     if not found.exists():
-        raise FileNotFoundError(f"{found}: there is no such file or folder")
+        raise FileNotFoundError(f"{found}: no such file or folder")
     return found

@@ -64,7 +64,7 @@ def _quaternions(rotation: ArrayLike, form: str) -> Floats:
     wrong = np.abs(given @ given.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2)) > 1e-3
     wrong |= np.linalg.det(given) < 0 if len(given) else False
     if wrong.any():
-        raise InputError(f"rotation: the matrix of row {int(np.flatnonzero(wrong)[0])} is no rotation")
+        raise InputError(f"rotation: the matrix of row {int(np.flatnonzero(wrong)[0])} is not a rotation")
     # Of four formulas the one with the largest divisor (S. W. Shepperd, J. Guid. Control 1, 223 (1978)).
     m = given
     trace = np.einsum("nii->n", m)
@@ -121,7 +121,7 @@ class Grasps:
         file
             The file.
         hand, object
-            For a file that does not describe them. If it does and they differ, all measures are computed anew.
+            For a file that does not describe them. If it does and they differ, all measures are computed again.
 
         Raises
         ------
@@ -876,7 +876,7 @@ def import_grasps(
 def join(*sets: Grasps | StrPath, out: StrPath | None = None, force: bool = False) -> Grasps:
     """Several sets of grasps as one, in their order: the same bytes as ``landscape join``.
 
-    Ids are new, from 0; the column ``source`` tells file and id before.
+    Ids are new, from 0; the column ``source`` names file and id before.
 
     Parameters
     ----------

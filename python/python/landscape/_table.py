@@ -31,7 +31,7 @@ class Table(Mapping[str, Any]):
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_") or name not in self._columns:
-            raise AttributeError(f"there is no column {name!r}: the columns are {', '.join(self.__dict__['_columns'])}")
+            raise AttributeError(f"no column is called {name!r}: the columns are {', '.join(self.__dict__['_columns'])}")
         return self._columns[name]
 
     def __dir__(self) -> list[str]:

@@ -82,7 +82,7 @@ def bridged(page: str) -> str:
     digest = base64.b64encode(hashlib.sha256(_BRIDGE.encode()).digest()).decode()
     allowed, count = re.subn(r"(script-src )", rf"\1'sha256-{digest}' ", page, count=1)
     if count != 1 or "</body>" not in allowed:
-        raise RuntimeError("the page has another form than this version of the widget knows")
+        raise RuntimeError("the page has a form that this version of the widget does not support")
     place = allowed.rindex("</body>")
     return f"{allowed[:place]}<script>{_BRIDGE}</script>{allowed[place:]}"
 

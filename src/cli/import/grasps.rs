@@ -100,7 +100,7 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     let ScaleCounts(scales) = &imported.scales;
     if scales.len() > 1 && command.scale.is_none() {
         complain(&format!(
-            "it holds the grasps at all {} scales: `landscape build` makes a landscape of each; `--scale {}` imports one of them",
+            "imported grasps at all {} scales: `landscape build` makes a landscape of each; `--scale {}` imports one of them",
             scales.len(),
             scales[scales.len() / 2].0
         ));

@@ -64,7 +64,7 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
 fn read(folder: &Path, name: &str) -> anyhow::Result<String> {
     ensure!(
         folder.is_dir(),
-        "{} is no folder: min.data and ts.data are read from one",
+        "{} is not a folder: name the folder that contains min.data and ts.data",
         folder.display()
     );
     let path = folder.join(name);
@@ -106,7 +106,7 @@ fn coordinates(
         };
         let Some(rows) = rows.filter(fits) else {
             let note = format!(
-                "coordinates were not read: {name} does not hold as many coordinates for each of {}",
+                "coordinates were not read: {name} does not contain as many coordinates for each of {}",
                 counted(count, "point")
             );
             return Ok((unknown, Some(note)));

@@ -28,14 +28,10 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
         return grasps::run(command, common);
     }
     let path = &command.path;
-    ensure!(
-        path.exists(),
-        "{}: there is no such file or folder",
-        path.display()
-    );
+    ensure!(path.exists(), "{}: no such file or folder", path.display());
     ensure!(
         path.is_file() || path.join("min.data").exists(),
-        "{}: it holds neither .npy files of grasps nor min.data and ts.data of a landscape{}",
+        "{}: contains neither .npy files of grasps nor min.data and ts.data of a landscape{}",
         path.display(),
         deeper(path).map_or(String::new(), |folder| format!(
             "; grasps lie deeper, for instance in {}: import each such folder",
@@ -44,7 +40,7 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     );
     ensure!(
         command.hand.is_none() && command.object.is_none(),
-        "{}: --hand and --object are for grasps, but these files hold a landscape",
+        "{}: --hand and --object are for grasps, but these files contain a landscape",
         path.display()
     );
     landscape::run(command, common)

@@ -20,7 +20,7 @@ pub(super) fn run(command: &Inspect, bytes: &[u8], common: &Common) -> anyhow::R
         ("--object", command.of.object.is_some()),
     ];
     if let Some((flag, _)) = flags.iter().find(|(_, given)| *given) {
-        anyhow::bail!("{flag}: {name} holds bare contacts, not grasps");
+        anyhow::bail!("{flag}: {name} contains bare contacts, not grasps");
     }
     let contacts = parse(bytes).with_context(|| format!("{name}"))?;
     let report = contacts.judge().with_context(|| format!("{name}"))?;
@@ -33,7 +33,7 @@ pub(super) fn run(command: &Inspect, bytes: &[u8], common: &Common) -> anyhow::R
 
 /// Parses the file; an error names the wrong field.
 fn parse(bytes: &[u8]) -> anyhow::Result<GivenContacts> {
-    const NO_CONTACTS: &str = "these are no contacts (see `landscape inspect --help`)";
+    const NO_CONTACTS: &str = "not a list of contacts (see `landscape inspect --help`)";
     let mut json = serde_json::Deserializer::from_slice(bytes);
     let file = serde_path_to_error::deserialize(&mut json).map_err(|error| {
         let place = error.path().to_string();

@@ -82,7 +82,7 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
     let first = bytes.trim_ascii_start().first();
     anyhow::ensure!(
         first != Some(&b'['),
-        "{name} holds a list: bare contacts are given as {{\"contacts\": [...]}} (see `landscape inspect --help`)"
+        "{name} contains a list, but bare contacts are given as {{\"contacts\": [...]}} (see `landscape inspect --help`)"
     );
     if first != Some(&b'{') {
         return grasps::run(command, common);

@@ -77,7 +77,7 @@ fn with_ending(output: &Path, ending: &str) -> PathBuf {
 /// The output `NAME.m3-m17` beside the landscape.
 fn beside(folder: &Path, from: MinimumId, to: MinimumId) -> anyhow::Result<PathBuf> {
     let stem = folder.file_stem();
-    let stem = stem.with_context(|| format!("{} names no folder", folder.display()))?;
+    let stem = stem.with_context(|| format!("{} does not name a folder", folder.display()))?;
     let name = format!("{}.m{}-m{}", stem.to_string_lossy(), from.0, to.0);
     Ok(folder.with_file_name(name))
 }
@@ -92,7 +92,7 @@ fn minimum(files: &LandscapeFiles, name: &str) -> anyhow::Result<MinimumId> {
         ("g", Ok(number)) => {
             let mut rows = files.minima.iter();
             let place = rows.position(|row| row.group == number as u64);
-            let place = place.with_context(|| format!("--path {name}: there is no such group"))?;
+            let place = place.with_context(|| format!("--path {name}: no such group"))?;
             Ok(MinimumId(place))
         }
         _ => bail!("--path {name}: write minima as the tree names them (m3), or groups (g0)"),

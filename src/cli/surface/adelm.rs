@@ -43,7 +43,7 @@ pub(super) fn map(
         .find_map(|(given, flag)| given.then_some(flag));
     if let Some(flag) = command.extent.not_of_adelm().or(unused) {
         anyhow::bail!(
-            "{flag} means nothing to attraction–diffusion alone: leave it or `--search adelm` out"
+            "{flag} has no effect on attraction–diffusion alone: leave out {flag} or `--search adelm`"
         );
     }
     let subject = sought.shown;

@@ -85,7 +85,7 @@ pub(super) struct Surface {
     extent: Extent,
     /// Spend more on two minima, as the same command without this flag names them (m3, m17): 40 further searches by
     /// attraction–diffusion for a lower way between them, when the usual ones have ended. The search goes on from the saddles
-    /// that they cross. If this renumbers the minima, the summary tells both names.
+    /// that they cross. If this renumbers the minima, the summary lists both names.
     #[arg(long, num_args = 2, value_names = ["FROM", "TO"])]
     connect: Option<Vec<String>>,
     /// Relaxation method of the paths between minima that no search joined; `string` by default.
@@ -127,7 +127,7 @@ impl Surface {
         let flag = format!("--connect {}", names.join(" "));
         ensure!(
             self.extent.budget().is_none(),
-            "{flag}: with --budget the clock decides which minima have these names; limit the search by --searches"
+            "{flag}: with --budget, the names of minima depend on the speed of the machine; limit the search by --searches"
         );
         ensure!(
             !lowest,
@@ -236,7 +236,7 @@ nothing new for a long time. The summary estimates how complete the result is.
 If descents from random points suggest more minima than 100,000 searches can visit (or --searches, if that is more),
 only the lowest part of the landscape is searched: basin hopping at several temperatures finds the lowest minima,
 paths and climbs join them, and effort goes to the highest barriers until the tree of the lowest minima no longer
-changes. The summary tells barriers, and what is missing.
+changes. The summary lists barriers and estimates what is missing.
 
 Examples:
   landscape surface muller-brown                           writes muller-brown.landscape/
@@ -253,10 +253,10 @@ Your program reads one line of JSON for each point and answers with one line (do
   it writes to standard output      {"energy": 3.5, "gradient": [0.25, -1.0]}   or {"energy": null} outside the domain
 If "gradient" is missing, it is computed by differences. One copy of the program runs on each thread.
 
-Writes the files of `landscape build` and stationary.parquet, which holds all minima and saddles with their curvatures;
-min.data, ts.data, points.min and points.ts are for PATHSAMPLE. report.html shows everything in a browser (--no-report leaves it out). An
-interrupted run continues where it stopped when the same command is given again; --resume demands this, and --fresh
-begins anew."#;
+Writes the files of `landscape build` and stationary.parquet, which contains all minima and saddles with their curvatures;
+min.data, ts.data, points.min and points.ts are for PATHSAMPLE. report.html shows everything in a browser
+(--no-report leaves it out). An interrupted run continues where it stopped when the same command is given again;
+--resume demands this, and --fresh starts over."#;
 
 /// Returns the error of the energy, if any.
 type Check<'a> = dyn Fn() -> anyhow::Result<()> + Sync + 'a;
@@ -395,7 +395,7 @@ impl<'a> Sought<'a> {
             }
             ensure!(
                 point.iter().all(|number| number.is_finite()),
-                "--from: point {} is no quaternion, since its length is 0",
+                "--from: point {} is not a quaternion, since its length is 0",
                 row + 1
             );
         }

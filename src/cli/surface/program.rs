@@ -97,7 +97,7 @@ fn symmetries(path: &Path) -> anyhow::Result<Vec<Vec<i64>>> {
             .map(|word| {
                 let wrong = || {
                     format!(
-                        "{}: line {}: `{word}` is no number of a coordinate, such as 2 or -2",
+                        "{}: line {}: `{word}` is not the number of a coordinate, such as 2 or -2",
                         named(),
                         row + 1
                     )
@@ -109,7 +109,11 @@ fn symmetries(path: &Path) -> anyhow::Result<Vec<Vec<i64>>> {
             generators.push(numbers);
         }
     }
-    ensure!(!generators.is_empty(), "{}: it holds no symmetry", named());
+    ensure!(
+        !generators.is_empty(),
+        "{}: it contains no symmetry",
+        named()
+    );
     Ok(generators)
 }
 
@@ -125,7 +129,9 @@ fn elements(list: &str) -> anyhow::Result<Vec<String>> {
         let count = count.filter(|count| (1..=MOST_COORDINATES / 3).contains(count));
         let named = !name.is_empty() && name.chars().all(|letter| letter.is_ascii_alphabetic());
         let (true, Some(count)) = (named, count) else {
-            bail!("--elements {list}: `{part}` is no element such as Ar, nor several such as Ar12");
+            bail!(
+                "--elements {list}: `{part}` is not an element: write Ar, or Ar12 for several atoms"
+            );
         };
         elements.extend(vec![name.to_owned(); count]);
         ensure!(
@@ -230,7 +236,7 @@ mod tests {
             "Ar9999999999999999999999",
         ] {
             let error = elements(wrong).unwrap_err().to_string();
-            assert!(error.contains("is no element"), "{error}");
+            assert!(error.contains("is not an element"), "{error}");
         }
         let error = elements("Ar3000,Kr3000").unwrap_err().to_string();
         assert!(error.contains("3333 atoms"), "{error}");

@@ -20,7 +20,7 @@ pub(super) struct Extent {
     /// What to search for: everything, or the lowest minima and the lowest ways between them.
     #[arg(long, value_enum, default_value_t)]
     search: Kind,
-    /// How many of the lowest minima are to be joined if only these are sought; 150 by default. A note tells if all are sought,
+    /// How many of the lowest minima are to be joined if only these are sought; 150 by default. A note says if all are sought,
     /// so that this was not used; `--search lowest` seeks only these.
     #[arg(long, value_name = "N")]
     lowest: Option<usize>,
@@ -128,7 +128,7 @@ impl Extent {
             if path.extension().is_some_and(|ending| ending == "min") {
                 read_points(&bytes, coordinates).with_context(|| {
                     format!(
-                        "--from {}: its {} bytes are no points of {coordinates} finite coordinates",
+                        "--from {}: its {} bytes do not divide into points of {coordinates} finite coordinates",
                         path.display(),
                         bytes.len()
                     )
@@ -156,7 +156,7 @@ impl Extent {
         }
         ensure!(
             !points.is_empty(),
-            "--from {}: it holds no points",
+            "--from {}: it contains no points",
             path.display()
         );
         let bits = points
@@ -170,7 +170,7 @@ impl Extent {
 
 /// Parses `90s`, `10m`, `1h30m`, or `1d`.
 fn duration(text: &str) -> Result<Duration, String> {
-    let wrong = || format!("`{text}` is no time such as 90s, 10m or 1h30m");
+    let wrong = || format!("invalid time `{text}`: expected 90s, 10m or 1h30m");
     let (mut seconds, mut digits) = (0.0, String::new());
     for c in text.trim().chars() {
         let unit = match c {

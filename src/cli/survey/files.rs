@@ -55,11 +55,7 @@ pub(super) fn data_files(given: &[PathBuf]) -> anyhow::Result<Vec<DataFile>> {
     let mut files = Vec::new();
     for path in given {
         if !path.is_dir() {
-            ensure!(
-                path.is_file(),
-                "there is no file or folder {}",
-                path.display()
-            );
+            ensure!(path.is_file(), "no such file or folder: {}", path.display());
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             files.push(DataFile {
                 path: path.clone(),
@@ -87,7 +83,7 @@ pub(super) fn data_files(given: &[PathBuf]) -> anyhow::Result<Vec<DataFile>> {
         }
         ensure!(
             files.len() > before,
-            "{}: the folder holds no file with the ending .parquet: `landscape import` makes such files of grasps of other \
+            "{}: the folder contains no file with the ending .parquet: `landscape import` makes such files of grasps of other \
              programs",
             path.display()
         );
@@ -151,13 +147,13 @@ impl Plan {
                 let grasps = hash_of(population)?;
                 if let Some(other) = seen.get(&grasps) {
                     plan.repeated.push(format!(
-                        "{name} holds the same grasps as {other} and is left out"
+                        "{name} contains the same grasps as {other} and is left out"
                     ));
                     continue;
                 }
                 if let Some(other) = names.insert(name.clone(), data.path.clone()) {
                     anyhow::bail!(
-                        "{} and {} have the same name: give the folder that holds both instead",
+                        "{} and {} have the same name: give the folder that contains both instead",
                         other.display(),
                         data.path.display()
                     );

@@ -52,7 +52,7 @@ pub(super) struct Survey {
     #[arg(long, short, value_name = "FOLDER")]
     output: Option<PathBuf>,
     /// Count types, cells and sets of contact regions only, without mapping landscapes, which takes almost all of the time.
-    /// Families are then not known.
+    /// Families are then unknown.
     #[arg(long, conflicts_with_all = ["group_barrier", "config", "no_report"])]
     no_map: bool,
     /// File (TOML) with any of the settings that `landscape config build` prints, for all landscapes.
@@ -88,7 +88,7 @@ Examples:
   landscape survey grasps/ --no-map                        types and sets of contact regions only, within minutes
   landscape survey grasps/ --task 3/64                     the third of 64 tasks that share the work (docs/cluster.md)
 
-A file may hold several hands and objects; each hand on each object is a population of its own. For each of them, the
+A file may contain several hands and objects; each hand on each object is a population of its own. For each of them, the
 landscape is built as `landscape build` does it, into landscapes/ in the output folder. The survey then compares the
 objects and pools them by hand:
   summary.md           what is covered, what objects share, what is missing; effective numbers at equal sample size

@@ -15,7 +15,7 @@ const AS_POSED: f64 = 0.5;
 /// Number of types in an answer, and of facts that an explanation lists.
 const TYPES: usize = 3;
 const LISTED: usize = 5;
-/// A fact that changes the fit by less than this factor is not told.
+/// Facts that change the fit by less than this factor are left out of explanations.
 const TOLD: f64 = 0.9;
 
 /// A fact that a type expects.

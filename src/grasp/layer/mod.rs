@@ -132,7 +132,7 @@ impl Layer {
         Self::of_balls(hand, hand.balls(), patch_spacing_m)
     }
 
-    /// A layer that follows the meshes of `hand` less closely, with a third as many spheres; of a hand of capsules the same.
+    /// A coarser layer for the meshes of `hand`, with a third of the spheres; identical for a hand of capsules.
     pub(crate) fn coarse(hand: &Hand, patch_spacing_m: f64) -> Self {
         Self::of_balls(hand, &hand.inscribed().coarse, patch_spacing_m)
     }

@@ -192,7 +192,7 @@ fn gather<'a>(
 
 fn free(element: &Element) -> String {
     format!(
-        "{} is free and is taken as fixed: the pose tells where the hand is",
+        "{} is free and is taken as fixed: the pose of a grasp places the hand",
         element.place()
     )
 }

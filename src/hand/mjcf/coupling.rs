@@ -195,7 +195,7 @@ fn of_bodies(reader: &mut Reader<'_>, element: &Element) -> Result<(), HandError
     };
     let Some(((first, first_frame), (second, second_frame))) = found else {
         reader.note(format!(
-            "{} is left out: it holds a body that does not belong to the hand",
+            "{} is left out: it names a body that does not belong to the hand",
             element.place()
         ));
         return Ok(());
@@ -249,7 +249,7 @@ fn couple(
     let joints = &mut reader.model.joints;
     let find = |name: &str| {
         let place = joints.iter().position(|joint| joint.name == name);
-        place.ok_or_else(|| element.error(format!("there is no joint \"{name}\" in the hand")))
+        place.ok_or_else(|| element.error(format!("the hand has no joint \"{name}\"")))
     };
     let (follower, leader) = (find(first)?, find(second)?);
     let offset = joints[follower].zero + constant - ratio * joints[leader].zero;

@@ -78,7 +78,7 @@ impl<'a> Defaults<'a> {
         for _ in 0..=self.classes.len() {
             let Some(name) = class else { break };
             let Some(known) = self.classes.get(name) else {
-                return Err(element.error(format!("there is no default class \"{name}\"")));
+                return Err(element.error(format!("no default class is called \"{name}\"")));
             };
             let matching = known.elements.iter().rev();
             chain.extend(matching.filter(|defaults| defaults.tag == element.tag));

@@ -37,7 +37,7 @@ fn part(
     };
     if ["plane", "hfield"].contains(&kind) {
         let note = format!(
-            "{} is left out: a {kind} is no part of a hand",
+            "{} is left out: a {kind} is not part of a hand",
             element.place()
         );
         return Ok((None, Some(note)));

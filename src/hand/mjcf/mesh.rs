@@ -58,7 +58,7 @@ impl Reader<'_> {
     /// The mesh that a geom names.
     pub(super) fn mesh(&self, geom: &Element, name: &str) -> Result<Form, HandError> {
         let Some(asset) = self.meshes.get(name) else {
-            return Err(geom.error(format!("there is no mesh \"{name}\"")));
+            return Err(geom.error(format!("no mesh is called \"{name}\"")));
         };
         if let Some(form) = asset.form.get() {
             return Ok(form.clone());

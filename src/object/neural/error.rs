@@ -71,7 +71,7 @@ pub enum NeuralError {
         expected: Vec<usize>,
     },
     /// A tensor holds numbers of an unsupported type.
-    #[error("tensor {tensor} of {name} holds {found} numbers: F32 or F64 is needed")]
+    #[error("tensor {tensor} of {name} contains {found} numbers: F32 or F64 is needed")]
     Kind {
         /// The file.
         name: String,
@@ -81,7 +81,7 @@ pub enum NeuralError {
         found: String,
     },
     /// A number is infinite or not a number.
-    #[error("tensor {tensor} of {name} holds a number out of range: {beyond}")]
+    #[error("tensor {tensor} of {name} contains a number out of range: {beyond}")]
     Beyond {
         /// The file.
         name: String,
@@ -108,7 +108,7 @@ pub enum NeuralError {
     )]
     NoCodes(String),
     /// There is no code with this index.
-    #[error("there is no latent code {index}: {name} has {count}, numbered from 0")]
+    #[error("latent code {index} does not exist: {name} has {count}, numbered from 0")]
     Code {
         /// The file.
         name: String,

@@ -139,7 +139,7 @@ fn grasps(
             .ok_or("it has no `grasp_qpos`")?;
         let qpos = heap
             .numbers(qpos)
-            .ok_or("its `grasp_qpos` is no array of numbers")?;
+            .ok_or("its `grasp_qpos` is not an array of numbers")?;
         let qpos = qpos
             .rows()
             .ok_or_else(|| format!("its `grasp_qpos` has the shape {:?}", qpos.shape))?;
@@ -168,8 +168,8 @@ fn grasps(
             .map_err(|problem| format!("`{key}` {place}: {problem}"))?;
         if let Some(object_pose) = &pose_of_object {
             if rows.mapping.frame != Frame::ObjectFromHand {
-                return Err("its poses cannot be those of the object in the hand's frame (`frame` of the mapping), because it tells \
-                            where the object is"
+                return Err("its poses cannot be those of the object in the hand's frame (`frame` of the mapping), because it \
+                            contains the poses of the object"
                     .to_owned());
             }
             let hand = isometry(&grasp.pose[..7], key)?;
@@ -183,7 +183,7 @@ fn grasps(
         read.grasps.push(grasp);
     }
     if read.grasps.len() > MOST {
-        return Err(format!("it holds more than {MOST} grasps"));
+        return Err(format!("it contains more than {MOST} grasps"));
     }
     Ok(())
 }
@@ -196,7 +196,7 @@ fn at_grasp(heap: &Heap, item: Id) -> Result<Vec<Vec<f64>>, String> {
         .ok_or("it has neither `grasp_qpos` nor numbers in `robot_pose`")?;
     if let Some(scenes @ 2..) = poses.shape.first().copied() {
         return Err(format!(
-            "its `robot_pose` holds {scenes} scenes, each with an object of its own: save each scene in its own file"
+            "its `robot_pose` contains {scenes} scenes, each with an object of its own: save each scene in its own file"
         ));
     }
     let [_, _, 3, columns] = poses.shape[..] else {
@@ -217,7 +217,7 @@ impl Rows<'_> {
         let Self { order, mapping } = self;
         if row.len() != 7 + order.len() {
             return Err(format!(
-                "it holds {} numbers; position, quaternion and the {} joints of the hand make {}",
+                "it contains {} numbers; position, quaternion and the {} joints of the hand make {}",
                 row.len(),
                 order.len(),
                 7 + order.len()
@@ -247,14 +247,14 @@ pub(super) fn isometry(pose: &[f64], what: &str) -> Result<Isometry3<f64>, Strin
     finite(pose, what)?;
     let [x, y, z, qw, qx, qy, qz] = *pose else {
         return Err(format!(
-            "{what} holds {}, expected 7",
+            "{what} has {}, expected 7",
             counted(pose.len(), "number")
         ));
     };
     let quaternion = Quaternion::new(qw, qx, qy, qz);
     if (quaternion.norm() - 1.0).abs() > UNIT_TOLERANCE {
         return Err(format!(
-            "{what} has numbers 4 to 7 of length {:.4}, which are no unit quaternion",
+            "numbers 4 to 7 of {what} have length {:.4}, so they are not a unit quaternion",
             quaternion.norm()
         ));
     }

@@ -48,7 +48,7 @@ impl<'a> Qpos<'a> {
     fn read(heap: &'a Heap, item: Id) -> Result<Self, String> {
         let qpos = heap.entry(item, "qpos").ok_or("it has no `qpos`")?;
         let Node::Dictionary(entries) = heap.node(qpos) else {
-            return Err("its `qpos` is no dictionary of joints".to_owned());
+            return Err("its `qpos` is not a dictionary of joints".to_owned());
         };
         let mut read = Self {
             wrist: [[None; 3]; 2],
@@ -57,11 +57,11 @@ impl<'a> Qpos<'a> {
         };
         for (key, value) in entries {
             let Node::Text(name) = heap.node(*key) else {
-                return Err("its `qpos` has a key that is no text".to_owned());
+                return Err("its `qpos` has a key that is not text".to_owned());
             };
             let number = heap
                 .number(*value)
-                .ok_or_else(|| format!("`{name}` is no number"))?;
+                .ok_or_else(|| format!("`{name}` is not a number"))?;
             finite(&[number], &format!("`{name}`"))?;
             let entry = [TRANSLATION, ROTATION]
                 .iter()
@@ -102,7 +102,7 @@ fn grasp(heap: &Heap, item: Id, hand: &[String], mapping: &Mapping) -> Result<Pu
     };
     let partners = qpos.partners(hand, mapping)?.into_iter();
     let scale = match heap.entry(item, "scale") {
-        Some(scale) => Some(heap.number(scale).ok_or("its `scale` is no number")?),
+        Some(scale) => Some(heap.number(scale).ok_or("its `scale` is not a number")?),
         None => None,
     };
     if let Some(scale) = scale {

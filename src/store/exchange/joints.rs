@@ -60,11 +60,11 @@ fn mismatch(file: &[&str], hand: &[String], missing: &[&str], extra: &[&str]) ->
     let mut parts = Vec::new();
     if !missing.is_empty() {
         let missing = listed(missing.iter().copied());
-        parts.push(format!("the hand has {missing}, but the file has not"));
+        parts.push(format!("joints in the hand but not in the file: {missing}"));
     }
     if !extra.is_empty() {
         let extra = listed(extra.iter().copied());
-        parts.push(format!("the file has {extra}, but the hand has not"));
+        parts.push(format!("joints in the file but not in the hand: {extra}"));
     }
     let text = format!("its joints are not those of the hand: {}", parts.join("; "));
     let shifted: Vec<String> = file
@@ -136,13 +136,13 @@ mod tests {
         let joints = hand(&["FFJ1", "FFJ2", "FFJ3"]);
         let said = matched(&["FFJ0", "FFJ1", "FFJ2"], &joints).unwrap_err();
         assert!(
-            said.contains("the hand has FFJ3") && said.contains("the file has FFJ0"),
+            said.contains("not in the file: FFJ3") && said.contains("not in the hand: FFJ0"),
             "{said}"
         );
         assert!(said.contains("the file counts joints from 0"), "{said}");
         let said = matched(&["FFJ1", "FFJ2", "FFJ3", "WRJ"], &joints).unwrap_err();
         assert!(
-            said.contains("the file has WRJ, but the hand has not"),
+            said.contains("joints in the file but not in the hand: WRJ"),
             "{said}"
         );
         let said = matched(

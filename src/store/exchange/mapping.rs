@@ -176,7 +176,7 @@ impl RotationForm {
                 )))
             }
             _ => Err(format!(
-                "its rotation holds {} numbers, expected {}",
+                "its rotation has {} numbers, expected {}",
                 values.len(),
                 self.length()
             )),
@@ -327,7 +327,7 @@ fn columns(
             Ok(each.iter().map(ToString::to_string).collect())
         }
         None => Err(format!(
-            "it has neither a column `{list}` nor `{}`: name the columns that hold the {what} in a mapping (it has {})",
+            "it has neither a column `{list}` nor `{}`: name the columns of the {what} in a mapping (it has {})",
             each.join("`, `"),
             listed(table.columns.iter().map(String::as_str))
         )),
@@ -409,7 +409,7 @@ impl Layout<'_> {
         let translation = numbers(row, &self.translation)?;
         let Ok(translation) = <[f64; 3]>::try_from(translation.as_slice()) else {
             return Err(format!(
-                "its position holds {} numbers, expected 3",
+                "its position has {} numbers, expected 3",
                 translation.len()
             ));
         };
@@ -451,7 +451,7 @@ impl Layout<'_> {
             None => Ok(None),
             Some(_) => match numbers(row, &[column.to_owned()])?[..] {
                 [scale] => Ok(Some(scale)),
-                _ => Err(format!("column `{column}` holds no single number")),
+                _ => Err(format!("column `{column}` contains no single number")),
             },
         }
     }
@@ -465,7 +465,7 @@ fn numbers(row: &BTreeMap<String, Cell>, columns: &[String]) -> Result<Vec<f64>,
             Some((Some(numbers), _)) => all.extend(numbers),
             Some((None, Cell::Text(text))) => {
                 return Err(format!(
-                    "column `{column}` holds `{text}` where numbers are needed"
+                    "column `{column}` contains `{text}` where numbers are needed"
                 ));
             }
             _ => return Err(format!("column `{column}` is empty")),
@@ -497,10 +497,10 @@ fn whole(row: &BTreeMap<String, Cell>, column: &str) -> Result<Option<u64>, Stri
         Some([number]) => match natural(*number) {
             Some(number) => Ok(Some(number)),
             None => Err(format!(
-                "column `{column}` holds {number}, expected a whole number"
+                "column `{column}` contains {number}, expected a whole number"
             )),
         },
-        _ => Err(format!("column `{column}` holds no number")),
+        _ => Err(format!("column `{column}` contains no number")),
     }
 }
 
@@ -521,14 +521,14 @@ fn contacts(row: &BTreeMap<String, Cell>, column: &str) -> Result<Option<Vec<u32
         Some((Some(values), _)) => values,
         Some((None, Cell::Text(text))) => {
             return Err(format!(
-                "column `{column}` holds `{text}`, expected whole numbers"
+                "column `{column}` contains `{text}`, expected whole numbers"
             ));
         }
-        Some((None, _)) => return Err(format!("column `{column}` holds no numbers")),
+        Some((None, _)) => return Err(format!("column `{column}` contains no numbers")),
     };
     let index = |value: f64| {
         let index = natural(value).and_then(|value| u32::try_from(value).ok());
-        index.ok_or_else(|| format!("column `{column}` holds {value}, expected a whole number"))
+        index.ok_or_else(|| format!("column `{column}` contains {value}, expected a whole number"))
     };
     values
         .into_iter()

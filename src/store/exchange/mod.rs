@@ -148,7 +148,7 @@ fn of_npy(
                 Node::Objects(items) | Node::List(items) => items.clone(),
                 _ => vec![*whole],
             };
-            let first = items.first().ok_or("it holds no grasps")?;
+            let first = items.first().ok_or("it contains no grasps")?;
             if heap.entry(*first, "qpos").is_some() {
                 dexgraspnet::read(heap, &items, joint_names, mapping)
             } else if ["grasp_qpos", "robot_pose"]
@@ -190,7 +190,7 @@ fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
 fn finite(values: &[f64], what: &str) -> Result<(), String> {
     match values.iter().find(|value| !value.is_finite()) {
         Some(value) => Err(format!(
-            "{what} holds {value}, which is not a finite number"
+            "{what} contains {value}, which is not a finite number"
         )),
         None => Ok(()),
     }

@@ -89,9 +89,9 @@ fn in_scene(
     };
     let Some(file) = beside(path, &named) else {
         notes.push(format!(
-            "the scene {named}, which tells where the object stands and how large it is, is not there: the object is taken to \
-             stand at the origin, with the scale of --scale (1 without it); put the scene under this path beside the grasps \
-             or into a folder above them"
+            "the scene {named}, with the place and scale of the object, is missing: the object is taken to stand at the \
+             origin, with the scale of --scale (default 1). Put the scene under this path next to the grasps or into a folder \
+             above them"
         ));
         return Ok(InScene::default());
     };
@@ -99,7 +99,9 @@ fn in_scene(
     let content = bytes(&file).map_err(|error| error.to_string())?;
     let content = npy::read(&content).map_err(|problem| format!("{what}: {problem}"))?;
     let npy::Content::Objects(heap, whole) = content else {
-        return Err(format!("{what} holds numbers where a dictionary is needed"));
+        return Err(format!(
+            "{what} contains numbers where a dictionary is needed"
+        ));
     };
     let scene = match heap.node(whole) {
         Node::Objects(items) => items.first().copied().unwrap_or(whole),
@@ -163,7 +165,7 @@ fn of_world(heap: &Heap, item: Id, world: Id) -> Result<InScene, String> {
         });
     let named = named.and_then(|name| Some((name.clone(), heap.entry(meshes, &name)?)));
     let (name, object) = named.or_else(|| only(heap, meshes, |_| true)).ok_or(
-        "its `world_cfg` has several meshes, and `manip_name` does not tell which one is grasped",
+        "its `world_cfg` has several meshes, and `manip_name` does not name the one that is grasped",
     )?;
     object_of(heap, object, name)
 }
@@ -210,7 +212,7 @@ fn pose(heap: &Heap, item: Id, key: &str) -> Result<Option<Isometry3<f64>>, Stri
     };
     let pose = heap
         .few(pose, 7)
-        .ok_or_else(|| format!("its `{key}` is no array of 7 numbers"))?;
+        .ok_or_else(|| format!("its `{key}` is not an array of 7 numbers"))?;
     isometry(&pose, &format!("`{key}`")).map(Some)
 }
 
@@ -241,12 +243,12 @@ fn factors(heap: &Heap, item: Id, count: usize) -> Result<Option<Vec<f64>>, Stri
     };
     let factors = heap
         .numbers(factors)
-        .ok_or("its `scene_scale` is no array of numbers")?
+        .ok_or("its `scene_scale` is not an array of numbers")?
         .values;
     finite(&factors, "`scene_scale`")?;
     if factors.is_empty() || (factors.len() != 1 && factors.len() != count) {
         return Err(format!(
-            "its `scene_scale` holds {} numbers for {count} grasps",
+            "its `scene_scale` has {} numbers for {count} grasps",
             factors.len()
         ));
     }

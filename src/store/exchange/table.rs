@@ -43,7 +43,7 @@ impl Cell {
 }
 
 pub(super) fn of_csv(bytes: &[u8]) -> Result<Table, String> {
-    let bad = |problem| format!("it is no valid CSV table: {problem}");
+    let bad = |problem| format!("it is not a valid CSV table: {problem}");
     let text = str::from_utf8(bytes).map_err(|error| bad(error.to_string()))?;
     let (columns, records) = csv_text::table(text, ',', Some('#')).map_err(bad)?;
     let row = |(_, record): (usize, Vec<String>)| {
@@ -62,22 +62,22 @@ pub(super) fn of_csv(bytes: &[u8]) -> Result<Table, String> {
 /// Reads a list of objects, or an object whose entry `grasps` is such a list.
 pub(super) fn of_json(bytes: &[u8]) -> Result<Table, String> {
     let value: Value =
-        serde_json::from_slice(bytes).map_err(|error| format!("it is no valid JSON: {error}"))?;
+        serde_json::from_slice(bytes).map_err(|error| format!("it is not valid JSON: {error}"))?;
     let list = value.get("grasps").unwrap_or(&value);
     if list.get("transforms").is_some() {
         return Err(format!(
-            "it is a file of GraspGen (its `grasps` holds `transforms`), which is not read here: {}",
+            "it is a file of GraspGen (its `grasps` contains `transforms`), which is not read here: {}",
             super::unread::INSTEAD
         ));
     }
     let entries = list
         .as_array()
-        .ok_or("it is no list of grasps, each an object with named entries")?;
+        .ok_or("it is not a list of grasps, each an object with named entries")?;
     let mut table = Table::default();
     for (place, entry) in entries.iter().enumerate() {
         let entry = entry
             .as_object()
-            .ok_or_else(|| format!("entry {place} is no object with named entries"))?;
+            .ok_or_else(|| format!("entry {place} is not an object with named entries"))?;
         let mut row = BTreeMap::new();
         for (name, value) in entry {
             if !table.columns.contains(name) {

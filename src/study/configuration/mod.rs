@@ -149,7 +149,7 @@ pub enum ConfigurationError {
         source: std::io::Error,
     },
     /// The file holds something else.
-    #[error("{} does not hold settings of `landscape {verb}` (`landscape config {verb}` prints them)", path.display())]
+    #[error("{} does not contain settings of `landscape {verb}` (`landscape config {verb}` prints them)", path.display())]
     Toml {
         /// The file.
         path: PathBuf,

@@ -103,9 +103,7 @@ impl DiversitySet {
         let grasps = families.values().sum();
         let mut set = Self::of_places(name, Ok(families), &places);
         if files.manifest.hand.is_none() {
-            let reason = format!(
-                "{name} is the landscape of a surface, so nothing touches and nothing is grasped"
-            );
+            let reason = format!("{name} is not a landscape of grasps");
             set.counts[1..].fill(Err(reason));
         }
         let hands = files.manifest.hand.iter().map(|hand| hand.name.clone());

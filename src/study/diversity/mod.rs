@@ -229,7 +229,7 @@ fn single_kinds(
     // With 95 % confidence, a share that n draws miss is at most 3/n.
     let (set, grasps) = single?;
     Some(format!(
-        "all {grasps} grasps of {} are of one kind by {}, so its interval has no width; others may hold up to {:.0} % of its \
+        "all {grasps} grasps of {} are of one kind by {}, so its interval has no width; others may make up {:.0} % of its \
          source",
         set.name,
         of.name(),
@@ -372,8 +372,7 @@ impl DiversitySet {
             name: name.to_owned(),
             grasps,
             hands: Vec::new(),
-            counts: Counted::ALL
-                .map(|of| Err(format!("the {} of {name} are not known", of.name()))),
+            counts: Counted::ALL.map(|of| Err(format!("the {} of {name} are unknown", of.name()))),
             level: None,
             families_at_other_levels: Vec::new(),
         };

@@ -268,7 +268,7 @@ impl DiversityComparison {
             format!("{number:.1} effective {}", measure.of.name())
         };
         let numbers: Vec<String> = self.measures.iter().map(number).collect();
-        format!("{} holds {} (order 1).", self.names[0], listed(&numbers))
+        format!("{} has {} (order 1).", self.names[0], listed(&numbers))
     }
 
     /// The answer, the table and the notes as Markdown.
@@ -314,9 +314,9 @@ impl DiversityComparison {
         );
         if self.names.len() > 1 {
             text.push_str(
-                " Bold: more than in every other set, because the interval of the ratio lies above 1. The intervals of two sets \
-                 may overlap although their ratio differs from 1, and an interval of a ratio that holds 1 does not mean \
-                 equality. Each ratio is judged by itself: of twenty that are 1, one is called different by chance.",
+                " Bold: more than in every other set, because the interval of the ratio lies above 1. The intervals of two \
+                 sets may overlap although their ratio differs from 1, and an interval of a ratio that contains 1 does not \
+                 mean equality. Each ratio is judged by itself: of twenty that are 1, one is called different by chance.",
             );
         }
         text.push('\n');

@@ -31,7 +31,7 @@ fn equal_families_have_their_number_in_every_order() {
     for number in found.measures[0].sets[0].unwrap() {
         assert!((number.value - 9.0).abs() < 1e-9, "{number:?}");
     }
-    assert_eq!(found.answer(), "a holds 9.0 effective families (order 1).");
+    assert_eq!(found.answer(), "a has 9.0 effective families (order 1).");
 }
 
 #[test]

@@ -33,7 +33,7 @@ pub struct ExportedFile {
 pub enum ExportError {
     /// The hand is one of MANO.
     #[error(
-        "hand `{0}` has a skin that bends, and its coordinates are no joints: this format knows rigid links only"
+        "hand `{0}` has a skin that bends, and its coordinates are not joints: this format supports only rigid links"
     )]
     Bends(String),
 }

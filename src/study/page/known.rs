@@ -40,9 +40,8 @@ pub(super) fn statements(
     statements.push(Statement {
         tone: "note",
         short: "no map yet".to_owned(),
-        long: "No ways between these grasps were searched. `landscape build` with this file tells which of them are one and \
-               the same minimum of the energy, into which families the minima fall, and how high one must climb to change \
-               one grasp into another."
+        long: "No ways between these grasps were searched. `landscape build` with this file finds the minima that they share, \
+               the families of these minima, and the barriers between them."
             .to_owned(),
     });
     told(statements)
@@ -58,9 +57,9 @@ fn filtered([passed, judged]: [usize; 2], grasps: usize) -> Statement {
         tone: if passed == judged { "good" } else { "care" },
         short: format!("{passed} of {judged} pass the strict filter"),
         long: format!(
-            "The strict filter asks that a grasp resists any small load with friction 0.5, touches where it claims to, goes at \
-             most 1 or 2 mm into the object, keeps its joints within their limits and holds with at least two digits. This was \
-             computed anew from the poses for this page.{sample}"
+            "By the strict filter, a grasp resists any small load with friction 0.5, and its contacts touch the object. It \
+             goes at most 1 or 2 mm into the object, keeps its joints within their limits and holds with at least two digits. \
+             This was computed from the poses for this page.{sample}"
         ),
     }
 }
@@ -139,7 +138,7 @@ fn touching(found: &Rarefaction) -> Statement {
             tone: "care",
             short: number,
             long: format!(
-                "{meaning} With fewer than {LEAST_MEMBERS} grasps it cannot be told how many {sets} are missing."
+                "{meaning} With fewer than {LEAST_MEMBERS} grasps, the number of missing {sets} cannot be estimated."
             ),
         },
     }

@@ -110,8 +110,8 @@ fn passes(tree: &Tree) -> Option<Statement> {
         ),
         (
             given,
-            "is a transition state of another program, taken at its word",
-            "are transition states of another program, taken at its word",
+            "is a transition state of another program, not verified here",
+            "are transition states of another program, not verified here",
         ),
     ] {
         match count {
@@ -182,9 +182,8 @@ fn unseen(manifest: &Manifest) -> Option<Statement> {
     else {
         return Some(Statement {
             tone: "care",
-            short: "too few grasps to tell what is missing".to_owned(),
-            long: "With this few grasps it cannot be estimated how many groups they did not show."
-                .to_owned(),
+            short: "too few grasps to estimate what is missing".to_owned(),
+            long: "With so few grasps, the number of unseen groups cannot be estimated.".to_owned(),
         });
     };
     let [low, high] = [0, 1].map(|end| interval[end].as_f64().unwrap_or(f64::NAN));
@@ -282,7 +281,7 @@ fn hovering(manifest: &Manifest, tree: &Tree) -> Option<Statement> {
             "The elastic layer of this energy reaches farther than that, so the hand still holds weakly; a hand that has let \
              go has {cost:.3} more. For a pass that is higher than the first number, see what happens on the way."
         ),
-        None => "Such a hand touches nothing. A pass that is higher than that may be crossed by letting go and grasping anew, \
+        None => "Such a hand touches nothing. A pass that is higher than that may be crossed by letting go and grasping again, \
                  so compare heights with this number."
             .to_owned(),
     };

@@ -68,7 +68,7 @@ impl TaxonomyComparison<'_> {
             .inapplicable
             .filter(|_| basins.labelled_in_file == 0)?;
         Some(format!(
-            "There are no grasp types to compare, because {}.",
+            "Grasp types cannot be compared, because {}.",
             why.words()
         ))
     }

@@ -73,7 +73,7 @@ impl HandSurvey {
         }
     }
 
-    /// How many of the families touch with digits with which a family of another object touches too: these, and all.
+    /// `[families whose contact set occurs on another object, all families]`.
     pub fn shared_families(&self) -> [usize; 2] {
         let families = |sets: &mut dyn Iterator<Item = &SharedContacts>| {
             sets.map(|set| set.families).sum::<usize>()

@@ -178,10 +178,10 @@ impl Survey {
             .to_owned();
         let _ = write!(
             text,
-            "\nTypes, cells, sets of contact regions and families are counted as they were observed: more grasps show more of them. \
-             Effective numbers are Hill numbers of order 1 (each kind weighed by its frequency), expected in a sample of \
-             {LEAST_MEMBERS} of the grasps that are of some kind. They compare objects with different numbers of grasps, and are \
-             not told where fewer were counted.\n"
+            "\nTypes, cells, sets of contact regions and families are counted as they were observed: more grasps show more of \
+             them. Effective numbers are Hill numbers of order 1 (each kind weighed by its frequency), expected in a sample of \
+             {LEAST_MEMBERS} of the grasps that are of some kind. They compare objects with different numbers of grasps, and \
+             are left out where fewer were counted.\n"
         );
         text
     }

@@ -39,7 +39,7 @@ pub fn counted_points(bytes: &[u8], count: usize) -> Option<Vec<Vec<f64>>> {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PointsError {
     /// The bytes are no UTF-8.
-    #[error("it is no text")]
+    #[error("it is not text")]
     NoText,
     /// A word is no finite number.
     #[error("line {line}: `{word}` is not a finite number")]

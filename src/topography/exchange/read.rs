@@ -96,7 +96,7 @@ pub enum ExchangeError {
     },
     /// A transition state joins a minimum that does not exist.
     #[error(
-        "{file}, line {line}, field {field}: there is no minimum {number} in min.data, which holds {}, counted from {from}",
+        "{file}, line {line}, field {field}: minimum {number} is not in min.data, which lists {}, counted from {from}",
         counted(*count, "minimum")
     )]
     NoSuchMinimum {
@@ -135,13 +135,13 @@ pub enum ExchangeError {
         minimum_line: usize,
     },
     /// The file holds no minima.
-    #[error("{0} holds no minima")]
+    #[error("{0} contains no minima")]
     Empty(&'static str),
 }
 
 /// What is to be known of `min.data` without `ts.data`, which a search writes that has found no transition state yet.
 pub const NO_TRANSITION_STATES: &str =
-    "there is no ts.data, so no minimum is joined to another one, and each is a tree of its own";
+    "ts.data is missing, so no minimum is joined to another one, and each is a tree of its own";
 
 const MINIMA: &str = "min.data";
 const STATES: &str = "ts.data";
@@ -287,7 +287,9 @@ impl Database {
         }
         let mut notes: Vec<String> = (wide.into_iter())
             .map(|file| {
-                format!("{file} has more columns than are known, and the last ones were ignored")
+                format!(
+                    "{file} has more columns than are supported, and the last ones were ignored"
+                )
             })
             .collect();
         if raised > 0 {

@@ -53,7 +53,7 @@ fn topsearch_numbers_its_minima() {
 fn what_does_not_fit_is_told() {
     let good = "-1.0 0 1 0 0 0\n-0.5 0 1 0 0 0\n";
     for (min, ts, said) in [
-        ("", "", "min.data holds no minima"),
+        ("", "", "min.data contains no minima"),
         (
             "-1 2 3\n",
             "",
@@ -102,12 +102,12 @@ fn what_does_not_fit_is_told() {
         (
             good,
             "0.5 0 1 0 2 0 0 0",
-            "ts.data, line 1, field 4: there is no minimum 0 in min.data, which holds 2 minima, counted from 1",
+            "ts.data, line 1, field 4: minimum 0 is not in min.data, which lists 2 minima, counted from 1",
         ),
         (
             good,
             "0.5 0 1 1 2 0 0 0\n0.5 0 1 1 3 0 0 0",
-            "ts.data, line 2, field 5: there is no minimum 3 in min.data, which holds 2 minima, counted from 1",
+            "ts.data, line 2, field 5: minimum 3 is not in min.data, which lists 2 minima, counted from 1",
         ),
         (
             good,
@@ -140,7 +140,7 @@ fn what_does_not_fit_is_told() {
         (
             "0 -1\n1 -2",
             "0 2 0",
-            "ts.data, line 1, field 2: there is no minimum 2 in min.data, which holds 2 minima, counted from 0",
+            "ts.data, line 1, field 2: minimum 2 is not in min.data, which lists 2 minima, counted from 0",
         ),
     ] {
         let error = Database::parse(min, ts).unwrap_err();
@@ -221,7 +221,7 @@ fn further_columns_are_ignored_and_told() {
     assert_eq!(read.layout, Layout::Pathsample);
     assert_eq!(
         read.notes,
-        ["ts.data has more columns than are known, and the last ones were ignored"]
+        ["ts.data has more columns than are supported, and the last ones were ignored"]
     );
     assert!(Database::read(MIN, TS).unwrap().notes.is_empty());
 }

@@ -18,7 +18,7 @@ const LOOSE: f64 = 10.0;
 /// Number of parts into which a line is divided, and their length in distance tolerances if the greatest number allows it.
 const PARTS: [usize; 2] = [8, 64];
 const PART: f64 = 25.0;
-/// Greatest number of times that descents shorten the gap between two points of one energy, each time to about 0.6.
+/// Maximum number of rounds in which descents shorten the gap between two points of one energy, each to about 0.6.
 const SHORTENINGS: usize = 8;
 /// Places between two points where descents begin, the next ones only if the first one does not shorten the gap: along the
 /// line, and aside in units of its length. The middle of a symmetric pair lies on a ridge, and so does nearly all of a line

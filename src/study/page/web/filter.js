@@ -138,7 +138,7 @@ class FilterParser {
     }
     const percent = value.endsWith("%");
     const wanted = Number(value.replace("%", "").replace("−", "-").replace(",", ".")) / (percent ? 100 : 1);
-    if (value === "" || Number.isNaN(wanted)) throw new Error(`“${value}” is no number`);
+    if (value === "" || Number.isNaN(wanted)) throw new Error(`“${value}” is not a number`);
     return item => !Number.isNaN(model.number(field, item)) && COMPARISONS[sign](model.number(field, item), wanted);
   }
 

@@ -38,8 +38,7 @@ const HOPPING: f64 = 0.5;
 /// Tolerance of the gradient of a hop, relative to that of other descents, and of its energy, relative to the tolerance
 /// within which two minima are the same.
 const SLOPPY: (f64, f64) = (1e4, 100.0);
-/// Greatest number of hops of all runs. A surface on which runs seldom end at one minimum is then left with the fewer finds
-/// that the report tells.
+/// Greatest number of hops of all runs. The report states how many runs ended at the lowest minimum.
 const MOST_HOPS: usize = 2_000_000;
 /// Greatest number of evaluations of a hop.
 const HOP: usize = 1000;
