@@ -143,7 +143,6 @@ const RUNS: [(&str, &[&str]); 24] = [
             "2",
             "--search",
             "adelm",
-            "--diagram",
             "--config",
             "@/map it's.toml",
             "--hand",
