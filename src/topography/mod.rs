@@ -24,7 +24,6 @@ mod ripples;
 mod scales;
 mod search;
 mod sequential;
-mod similarity;
 mod support;
 mod text;
 mod tree;
@@ -58,7 +57,6 @@ pub use search::{
     explore_lowest, in_box, probe_size,
 };
 pub use sequential::{Sequential, SequentialSettings, sequential};
-pub use similarity::TreeSimilarity;
 pub use support::{Attempt, Attempts, Searched, chance_of_lower};
 pub use text::{dot, graphml, newick, tree_json};
 pub use tree::{Ancestors, Node, NodeId, Tree, spanning_forest};
