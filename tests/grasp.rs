@@ -6,6 +6,7 @@ mod closing;
 #[path = "../analysis/contact_points/search.rs"]
 mod contact_points;
 mod depth;
+mod described;
 mod failures;
 mod force_closure;
 mod force_closure_estimate;

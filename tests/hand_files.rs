@@ -8,6 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use crate::described::described;
 use crate::published::{DEX_URDF, Difference, ORIGINALS, REFERENCES, numbers, of_dex_urdf};
 use landscape::hand::{Hand, HandFiles, LinkId, PosedHand};
 use nalgebra::{Matrix3, Vector3};
@@ -494,7 +495,7 @@ fn deep_nesting_is_refused() {
         text.clone(),
         text + &"</geometry>".repeat(100_000) + "</robot>",
     ] {
-        let error = Hand::from_urdf(&text, None).unwrap_err().to_string();
+        let error = described(&text, None).unwrap_err().to_string();
         assert!(
             error.contains("(hand, line 1)") || error.starts_with("hand, line 1"),
             "{}",
@@ -521,7 +522,7 @@ const TETRAHEDRON: &str =
 #[test]
 fn marks_are_not_solid() {
     let solid = format!("<collision>{BALL}</collision>");
-    let plain = Hand::from_urdf(&two_links(&solid, &solid, ""), None).unwrap();
+    let plain = described(&two_links(&solid, &solid, ""), None).unwrap();
     assert!(plain.notes.is_empty(), "{:?}", plain.notes);
     let axes = r#"<visual><geometry><cylinder radius="0.003" length="0.2"/></geometry></visual>"#;
     let link = |name: &str, parent: &str| {
@@ -535,7 +536,7 @@ fn marks_are_not_solid() {
         &solid,
         &(link("axes", "palm") + &link("tip", "finger")),
     );
-    let marked = Hand::from_urdf(&marked, None).unwrap();
+    let marked = described(&marked, None).unwrap();
     let [note] = &marked.notes[..] else {
         panic!("{:?}", marked.notes)
     };
@@ -553,11 +554,11 @@ fn marks_are_not_solid() {
     };
     assert_eq!(shapes(&marked), shapes(&plain));
     // Marks on the finger itself, beside its collision geometry, never counted.
-    let beside = Hand::from_urdf(&two_links(&solid, &(solid.clone() + axes), ""), None).unwrap();
+    let beside = described(&two_links(&solid, &(solid.clone() + axes), ""), None).unwrap();
     assert_eq!(beside, plain);
     // A mark that moves by a joint of its own.
     let moved = two_links(&solid, axes, "");
-    let moved = Hand::from_urdf(&moved, None).unwrap();
+    let moved = described(&moved, None).unwrap();
     assert_eq!(moved.capsules.len(), 1);
     assert!(
         moved.notes[0].starts_with("link \"finger\" has no"),
@@ -566,7 +567,7 @@ fn marks_are_not_solid() {
     );
 
     let drawn = format!("<visual>{BALL}</visual>");
-    let drawn = Hand::from_urdf(&two_links(&drawn, &drawn, ""), None).unwrap();
+    let drawn = described(&two_links(&drawn, &drawn, ""), None).unwrap();
     assert_eq!(shapes(&drawn), shapes(&plain));
     assert_eq!(
         drawn.notes,
@@ -578,7 +579,7 @@ fn marks_are_not_solid() {
             "<mujoco><worldbody><body name=\"palm\"><geom size=\"0.02\"/><body name=\"axes\">{geom}</body>\
              <body name=\"finger\" pos=\"0 0 0.04\"><joint range=\"0 90\"/><geom size=\"0.02\"/></body></body></worldbody></mujoco>"
         );
-        Hand::from_urdf(&text, None).unwrap()
+        described(&text, None).unwrap()
     };
     let marked =
         mjcf("<geom type=\"capsule\" size=\"0.003 0.1\" contype=\"0\" conaffinity=\"0\"/>");
@@ -629,7 +630,7 @@ fn drawn_meshes_of_bodies_without_collisions_count() {
 fn limits_of_an_endless_joint_are_doubted() {
     let solid = format!("<collision>{BALL}</collision>");
     let text = two_links(&solid, &solid, "").replace("revolute", "continuous");
-    let hand = Hand::from_urdf(&text, None).unwrap();
+    let hand = described(&text, None).unwrap();
     assert!(hand.joints[0].wraps);
     assert_eq!(
         hand.notes,
@@ -640,7 +641,7 @@ fn limits_of_an_endless_joint_are_doubted() {
     );
     let bare = text.replace("lower=\"0\" upper=\"1.5\" ", "");
     assert_ne!(bare, text);
-    assert!(Hand::from_urdf(&bare, None).unwrap().notes.is_empty());
+    assert!(described(&bare, None).unwrap().notes.is_empty());
 }
 
 /// One tetrahedron in all formats of meshes gives one hand.

@@ -4,6 +4,7 @@
 
 use std::fs;
 
+use crate::described::described;
 use crate::desk::{Desk, assert_says};
 use landscape::evaluation::taxonomy::{
     Anatomy, Bone, Labeller, NOT_APPLICABLE, Patch, Rule, Unlike, Verdict, explain,
@@ -161,10 +162,10 @@ fn hands_unlike_a_human_one_are_not_guessed() {
 #[test]
 fn fingers_of_two_phalanges_are_fingers() {
     // On the Schunk SVH hand a moving half palm carries the ring and the little finger, which are two fingers all the same.
-    let half_palm = Hand::from_urdf(&crate::toy_hand::toy_hand(true), None).unwrap();
+    let half_palm = described(&crate::toy_hand::toy_hand(true), None).unwrap();
     let anatomy = Anatomy::of(&half_palm).unwrap();
     assert!((1..=5).all(|digit| anatomy.has(digit)));
-    let hand = Hand::from_urdf(&crate::toy_hand::toy_hand(false), None).unwrap();
+    let hand = described(&crate::toy_hand::toy_hand(false), None).unwrap();
     let anatomy = Anatomy::of(&hand).unwrap();
     assert!((1..=5).all(|digit| anatomy.has(digit)));
     for (digit, name) in [(2, "index"), (5, "little")] {
@@ -324,7 +325,7 @@ fn anatomy_is_derived_as_tagged() {
         .iter()
         .find(|file| file.name.contains(".urdf"))
         .unwrap();
-    let bare = Hand::from_urdf(&urdf.text, None).unwrap();
+    let bare = described(&urdf.text, None).unwrap();
     let derived = Anatomy::of(&bare).expect("a human hand is read as one");
     let human = hand("human");
     let tagged = Anatomy::of(&human).unwrap();

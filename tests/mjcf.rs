@@ -7,6 +7,7 @@
 use std::fs;
 use std::path::Path;
 
+use crate::described::described;
 use landscape::hand::{Hand, HandFiles, JointKind, PosedHand};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
@@ -244,7 +245,7 @@ fn capsules_are_as_in_mujoco() {
 fn a_range_whose_square_is_zero_is_told() {
     let text = "<mujoco><worldbody><body name=\"p\"><geom size=\"1\"/><body name=\"f\">\
                 <joint type=\"slide\" range=\"0 1e-320\"/><geom size=\"0.01\"/></body></body></worldbody></mujoco>";
-    let error = Hand::from_urdf(text, None).unwrap_err().to_string();
+    let error = described(text, None).unwrap_err().to_string();
     assert!(
         error.contains("is not from 1e-6 to 100 rad or m"),
         "{error}"
@@ -262,7 +263,7 @@ fn faults_are_found_where_they_are() {
         )
     };
     let good = "<joint name=\"j\"/><geom size=\"0.01\"/>";
-    assert!(Hand::from_urdf(&body(good), None).is_ok());
+    assert!(described(&body(good), None).is_ok());
     for (inside, told) in [
         ("<joint type=\"ball\"/>", ["<joint>", "ball"]),
         ("<joint axis=\"0 0 0\"/>", ["<joint>", "no direction"]),
@@ -309,9 +310,7 @@ fn faults_are_found_where_they_are() {
         ("<include/>", ["<include>", "file is missing"]),
         ("<joint></body>", ["hand", "not XML"]),
     ] {
-        let error = Hand::from_urdf(&body(inside), None)
-            .unwrap_err()
-            .to_string();
+        let error = described(&body(inside), None).unwrap_err().to_string();
         for part in told {
             assert!(error.contains(part), "{inside}: {error}");
         }
@@ -324,14 +323,14 @@ fn faults_are_found_where_they_are() {
         "<body>".repeat(400),
         "</body>".repeat(400)
     );
-    assert!(Hand::from_urdf(&deep, None).is_err());
+    assert!(described(&deep, None).is_err());
     for nothing in [
         "<mujoco/>",
         "<mujoco><worldbody/></mujoco>",
         "<mujocoinclude/>",
         "<mujoco",
     ] {
-        assert!(Hand::from_urdf(nothing, None).is_err(), "{nothing}");
+        assert!(described(nothing, None).is_err(), "{nothing}");
     }
 }
 
@@ -386,7 +385,7 @@ fn mesh_frames_are_applied() {
     let text = r#"<mujoco><asset>
         <mesh name="m" vertex="0 0 0  10 0 0  0 20 0  0 0 30" refpos="1 0 0" refquat="0.7 0 0 0.7" scale="0.001 0.002 0.001"/>
         </asset><worldbody><body name="p"><geom size="0.002" pos="0 0 0.1"/><body name="f"><joint/><geom mesh="m"/></body></body></worldbody></mujoco>"#;
-    let hand = Hand::from_urdf(text, None).unwrap();
+    let hand = described(text, None).unwrap();
     let link = hand.link("f").unwrap();
     let of_link = hand.surface.iter().filter(|point| point.link == link);
     let (low, high) = of_link.fold(
@@ -415,7 +414,7 @@ fn large_descriptions_take_no_time_or_are_refused() {
         )
     };
     let sites = "<site pos=\"0 0 0\"/>\n".repeat(50_000);
-    let hand = Hand::from_urdf(&around(&sites, ""), Some(r#"{"surface_points": 20}"#)).unwrap();
+    let hand = described(&around(&sites, ""), Some(r#"{"surface_points": 20}"#)).unwrap();
     assert_eq!(hand.links.len(), 2);
     let geoms = "<geom type=\"ellipsoid\" size=\"0.01 0.02 0.03\"/>".repeat(600);
     let bodies: Vec<String> = (0..1100)
@@ -426,7 +425,7 @@ fn large_descriptions_take_no_time_or_are_refused() {
         (geoms, ["602 pieces of geometry", "side file"]),
         (bodies, ["1102 links", "at most 1000"]),
     ] {
-        let error = Hand::from_urdf(&around(&inside, ""), None)
+        let error = described(&around(&inside, ""), None)
             .unwrap_err()
             .to_string();
         assert!(parts.iter().all(|part| error.contains(part)), "{error}");

@@ -5,6 +5,7 @@
 mod architecture;
 mod browser;
 mod claims;
+mod described;
 mod desk;
 mod exchange;
 mod folder;

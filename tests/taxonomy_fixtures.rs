@@ -46,7 +46,6 @@ fn noisy(error: Error) -> Noise {
     Noise {
         error,
         joints_rad: NOISE_RAD,
-        place_m: 0.0,
         copies: COPIES,
         seed: 0,
     }

@@ -4,7 +4,6 @@
 mod agreement;
 mod barriers;
 mod completeness;
-mod diagram;
 mod gradients;
 mod growing;
 mod kinetics;

@@ -41,7 +41,6 @@ fn main() -> Result<(), Failure> {
     let mut noise = Noise {
         error: Error::Moved,
         joints_rad: 0.1,
-        place_m: 0.0,
         copies: 10,
         seed: 0,
     };

@@ -44,10 +44,6 @@ pub(super) struct Build {
     /// Force F = αT of attraction–diffusion, energy per metre; chosen in the same way.
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub(super) pull: Option<f64>,
-    /// Measure the magnetisation diagram first (diagram.json and a picture): the T and F at which chains arrive. It then
-    /// chooses T and F if they are not given. It costs as much as the map of thirty grasps.
-    #[arg(long)]
-    pub(super) diagram: bool,
     /// Relaxation method of paths; `string` by default.
     #[arg(long, value_enum)]
     paths: Option<Paths>,
@@ -60,7 +56,7 @@ pub(super) struct Build {
     /// Add the grasps to this finished landscape, with its settings, and do only what is new. Grasps that it contains already
     /// are skipped. Without --output a new folder is named after the file; the old landscape stays as it is.
     #[arg(long, value_name = "LANDSCAPE", value_hint = clap::ValueHint::AnyPath, conflicts_with_all = [
-        "neighbours", "temperature", "pull", "diagram", "paths", "config", "search", "seed",
+        "neighbours", "temperature", "pull", "paths", "config", "search", "seed",
     ])]
     onto: Option<PathBuf>,
     /// Spend more on two minima of the landscape of --onto, as it names them (m3, m17): 40 further searches for a lower way
@@ -275,7 +271,6 @@ fn settings(
     Ok(GraspMapSettings {
         temperature: command.temperature.or(settings.temperature),
         force: command.pull.or(settings.force),
-        diagram: command.diagram || settings.diagram,
         search,
         ..settings
     })
@@ -489,7 +484,7 @@ impl Mapping<'_> {
             serde_json::to_string(population.hand)?.as_bytes(),
             &population.scale.to_le_bytes(),
             &(population.grasps.len() as u64).to_le_bytes(),
-            serde_json::to_string(&(settings.search, settings.diagram))?.as_bytes(),
+            serde_json::to_string(&settings.search)?.as_bytes(),
             earlier.map_or(&[], |hash| hash.as_bytes()),
             format!("{:?}", self.pair).as_bytes(),
             env!("CARGO_PKG_VERSION").as_bytes(),

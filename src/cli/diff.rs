@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail, ensure};
 use clap::Args;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::args::Common;
 use super::input::open_landscape;
@@ -17,7 +17,7 @@ use crate::store::{LandscapeFiles, Manifest};
 use crate::study::{self, Digits, GroupLevel, comparison_notes, median};
 use crate::topography::{
     Evidence, Match, MatchTolerance, MergeChange, Minimum, MinimumId, NEIGHBOUR_REACH, Tree,
-    TreeDifference, TreeSimilarity,
+    TreeDifference,
 };
 
 /// Compare two landscapes.
@@ -45,8 +45,7 @@ different objects. The tables show which minima correspond (the nearest ones wit
 merged, or within --within), whose energies changed, which merges of the first landscape moved and by how much, and
 which minima only one of the two has. A minimum without a match that has a neighbour of equal energy in the other
 landscape, within five times that distance, is listed beside it: both may be ends of one flat valley, which descents from
-other grasps meet at other points. The cophenetic distance and correlation of the two trees compare the heights between
-all pairs. A note warns if the groups of the two landscapes were made at different levels.";
+other grasps meet at other points. A note warns if the groups of the two landscapes were made at different levels.";
 
 /// Greatest number of rows of a table in the text.
 const SHOWN: usize = 20;
@@ -66,7 +65,6 @@ pub(super) fn run(command: &Diff, common: &Common) -> anyhow::Result<()> {
     let (reach, found) = between(&before, &after, command.within)?;
     if common.json {
         let mut value = serde_json::to_value(&found)?;
-        without_pairs(&found, &mut value["likeness"]);
         value["before"] = json!(before.name);
         value["after"] = json!(after.name);
         value["within"] = json!(reach);
@@ -77,17 +75,6 @@ pub(super) fn run(command: &Diff, common: &Common) -> anyhow::Result<()> {
         print(&text(&before, &after, reach, &found));
     }
     Ok(())
-}
-
-/// Changes of nothing are null.
-fn without_pairs(found: &TreeDifference, likeness: &mut Value) {
-    if found.likeness.pairs == 0 {
-        likeness["mean_change"] = Value::Null;
-        likeness["rms_change"] = Value::Null;
-    }
-    if found.matches.is_empty() {
-        likeness["largest_change"] = Value::Null;
-    }
 }
 
 fn check_reach(within: Option<f64>) -> anyhow::Result<()> {
@@ -277,7 +264,6 @@ fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> Stri
         lines.push(String::new());
         return lines.join("\n");
     }
-    lines.extend(heights(&found.likeness, digits));
     lines.extend(energies(found, digits));
     lines.extend(merges(found, digits));
     lines.extend(possible(found, (reach, &length)));
@@ -365,31 +351,6 @@ fn possible(found: &TreeDifference, (reach, length): (f64, &dyn Fn(f64) -> Strin
         length(reach),
         length(NEIGHBOUR_REACH * reach)
     ));
-    lines
-}
-
-/// The changes of the heights at which pairs of minima merge.
-fn heights(likeness: &TreeSimilarity, digits: Digits) -> Vec<String> {
-    let mut lines = vec![if likeness.pairs + likeness.joined_in_one == 0 {
-        "- no heights can be compared: no two of the corresponding minima are joined in either landscape"
-            .to_owned()
-    } else {
-        format!(
-            "- heights at which {} pairs merge moved by {} on average, {} root mean square; {} pairs are joined in one \
-             landscape only",
-            likeness.pairs,
-            digits.change(likeness.mean_change),
-            digits.show(likeness.rms_change),
-            likeness.joined_in_one
-        )
-    }];
-    lines.push(format!(
-        "- largest change of a height or an energy: {} (cophenetic distance)",
-        digits.show(likeness.largest_change)
-    ));
-    if let Some(correlation) = likeness.correlation {
-        lines.push(format!("- cophenetic correlation: {correlation:.4}"));
-    }
     lines
 }
 

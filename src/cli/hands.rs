@@ -484,6 +484,7 @@ fn sheet(hand: &Hand) -> Vec<(Image, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::hand::HandFiles;
 
     #[test]
     fn joints_name_their_followers() {
@@ -515,7 +516,8 @@ mod tests {
             text += &plate(name, 0.05);
             text += &hinge(name, x);
         }
-        let hand = Hand::from_urdf(&(text + "</robot>"), None).unwrap();
+        text += "</robot>";
+        let hand = Hand::from_files(&HandFiles::of_texts([["hand", &text]])).unwrap();
         let notes = expense(&hand, hand.balls());
         let balls = format!("{} balls", hand.balls().len());
         assert!(notes[0].contains(&balls), "{notes:?}");

@@ -40,7 +40,6 @@ pub mod theme;
 #[cfg(feature = "topography")]
 mod barriers;
 #[cfg(feature = "topography")]
-mod diagram;
 #[cfg(feature = "topography")]
 mod disconnectivity;
 #[cfg(feature = "topography")]
@@ -74,7 +73,6 @@ pub use style::{Anchor, Colour, Stroke, TextFace, text_width};
 #[cfg(feature = "topography")]
 pub use barriers::{BarrierPicture, Link, PlacedGraph, PlacedLink};
 #[cfg(feature = "topography")]
-pub use diagram::diagram_chart;
 #[cfg(feature = "topography")]
 pub use disconnectivity::DisconnectivityPicture;
 #[cfg(feature = "topography")]

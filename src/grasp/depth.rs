@@ -113,6 +113,7 @@ const ON_AXIS_M: f64 = 1e-9;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::hand::HandFiles;
     use crate::mesh::Mesh;
 
     /// A plate 1 mm thick that is 8 mm deep in anything around the origin below 1 cm.
@@ -136,7 +137,7 @@ f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 <joint name="j" type="revolute"><parent link="palm"/><child link="tip"/><origin xyz="0 0.1 0"/><axis xyz="1 0 0"/>
 <limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"#
         );
-        Hand::from_urdf(&text, None).unwrap()
+        Hand::from_files(&HandFiles::of_texts([["hand", &text]])).unwrap()
     }
 
     #[test]

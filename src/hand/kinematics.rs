@@ -224,7 +224,7 @@ fn sum(wrenches: &[Wrench]) -> Wrench {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hand::LinkId;
+    use crate::hand::{HandFiles, LinkId};
     use crate::space::{PoseSpace, Space, Symmetry};
 
     /// Two links in a plane, angles and ends by hand: the elbow at (0, 1), the tip at (−sin(a+b), 1 + cos(a+b)).
@@ -238,7 +238,7 @@ mod tests {
             <joint name="f" type="fixed"><parent link="lower"/><child link="tip"/><origin xyz="0 1 0" rpy="0 0 1.5707963267948966"/></joint>
             <joint name="a" type="revolute"><parent link="base"/><child link="upper"/>
                 <axis xyz="0 0 1"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint></robot>"#;
-        let hand = Hand::from_urdf(text, None).unwrap();
+        let hand = Hand::from_files(&HandFiles::of_texts([["hand", text]])).unwrap();
         assert_eq!(
             hand.joints
                 .iter()

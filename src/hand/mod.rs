@@ -368,18 +368,6 @@ impl Wrench {
 }
 
 impl Hand {
-    /// The hand described by a URDF or MJCF document and an optional side file (JSON, see `data/hands/README.md`). Neither
-    /// may refer to other files.
-    ///
-    /// # Errors
-    /// As [`Hand::from_files`].
-    pub fn from_urdf(text: &str, side_file: Option<&str>) -> Result<Self, HandError> {
-        let main = Some(["hand", text]);
-        let side = side_file.map(|text| ["hand.json", text]);
-        let files = HandFiles::of_texts(main.into_iter().chain(side));
-        description::read(&files, &sources::NoFiles)
-    }
-
     /// The hand described by some files: a URDF or MJCF description, recognised by its root element, and the files it
     /// refers to.
     ///

@@ -69,9 +69,4 @@ impl Hand {
         HAND.get_or_init(|| Self::named("human").expect("the tests read this very description"))
             .clone()
     }
-
-    /// The texts of `data/hands/human`: URDF and side file.
-    pub fn human_description() -> [&'static str; 2] {
-        HUMAN
-    }
 }

@@ -95,19 +95,6 @@ impl Files for Disk {
     }
 }
 
-/// No files besides the description itself.
-pub(super) struct NoFiles;
-
-impl Files for NoFiles {
-    fn include(&self, _: &str) -> Result<String, String> {
-        Err("the description was given alone, without the files it refers to".to_owned())
-    }
-
-    fn mesh(&self, reference: &str) -> Result<String, String> {
-        self.include(reference)
-    }
-}
-
 /// Bytes as text.
 pub(super) fn text_of(bytes: Vec<u8>) -> Result<String, String> {
     String::from_utf8(bytes).map_err(|error| {

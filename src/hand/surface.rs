@@ -269,6 +269,7 @@ fn recentre(candidates: &[Candidate], cells: &[usize], count: usize) -> Vec<usiz
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::hand::HandFiles;
 
     #[test]
     fn points_lie_evenly_on_the_outside_of_the_union() {
@@ -314,7 +315,7 @@ mod tests {
         let text = r#"<robot name="r"><link name="a"><collision><geometry><sphere radius="0.02"/></geometry></collision></link>
             <link name="b"><collision><origin xyz="0 0 0.1"/><geometry><capsule radius="0.01" length="0.05"/></geometry></collision></link>
             <joint name="j" type="continuous"><parent link="a"/><child link="b"/><axis xyz="1 0 0"/></joint></robot>"#;
-        let hand = Hand::from_urdf(text, None).unwrap();
+        let hand = Hand::from_files(&HandFiles::of_texts([["hand", text]])).unwrap();
         let area: f64 = hand.surface.iter().map(|point| point.area_m2).sum();
         let exact = std::f64::consts::PI
             * (4.0 * 0.02_f64.powi(2) + 2.0 * 0.01 * 0.05 + 4.0 * 0.01_f64.powi(2));

@@ -40,8 +40,6 @@ pub enum Task {
     Resampling = 9,
     /// One chain of sequential ADELM.
     Sequential = 10,
-    /// One chain of a magnetisation diagram.
-    Diagram = 11,
     /// One chain that chooses temperature and force.
     Tuning = 12,
     /// Choosing the ends and the temperature of a search across a merge.

@@ -1,22 +1,16 @@
-//! Chooses temperature and force of the chains of a grasp map, from a few chains or from a magnetisation diagram.
+//! Chooses temperature and force of the chains of a grasp map from a few chains.
 
-use super::error::StudyError;
 use super::level::letting_go;
-use super::settings::{ChoiceSettings, GraspMapSettings, StudyRun, contact_slope};
-use crate::figure::diagram_chart;
+use super::settings::{GraspMapSettings, StudyRun, contact_slope};
 use crate::grasp::{GraspEnergy, GraspKernel};
-use crate::store::AtomicFolder;
 use crate::topography::{
-    ChainSettings, Diagram, DiagramSettings, JournalError, MapSettings, Minimum, Run, Tuning,
-    TuningSettings, diagram, log_grid, tune,
+    ChainSettings, JournalError, MapSettings, Minimum, Run, Tuning, TuningSettings, log_grid, tune,
 };
 
 /// How temperature and force of the chains were chosen.
 #[derive(Debug, Default)]
 pub struct ChainChoice {
-    /// The magnetisation diagram, if requested.
-    pub diagram: Option<Diagram>,
-    /// The few chains used otherwise, unless both values were given.
+    /// The few chains, unless both values were given.
     pub tuning: Option<Tuning>,
     /// Who gave both values, if they were given.
     given: Option<String>,
@@ -36,26 +30,17 @@ impl ChainChoice {
             given: given.then(|| "as asked for".to_owned()),
             ..Self::default()
         };
-        let mut best = None;
-        if settings.diagram {
-            let found = measure(&settings.choice, surface, minima, map, &run.run)?;
-            (run.stage_ended)("diagram", found.evaluations);
-            let recommended = found.recommended.as_ref();
-            best = recommended.map(|best| (best.temperature, best.force));
-            choice.diagram = Some(found);
-        } else if choice.given.is_none() {
+        if choice.given.is_none() {
             let found = try_few(settings, surface, minima, map, &run.run)?;
             (run.stage_ended)("choose", found.evaluations);
-            let recommended = found.recommended();
-            best = recommended.map(|best| (best.temperature, best.force));
+            if let Some(best) = found.recommended() {
+                map.chain = ChainSettings {
+                    temperature: settings.temperature.unwrap_or(best.temperature),
+                    force: settings.force.unwrap_or(best.force),
+                    ..map.chain.clone()
+                };
+            }
             choice.tuning = Some(found);
-        }
-        if let Some((temperature, force)) = best {
-            map.chain = ChainSettings {
-                temperature: settings.temperature.unwrap_or(temperature),
-                force: settings.force.unwrap_or(force),
-                ..map.chain.clone()
-            };
         }
         Ok(choice)
     }
@@ -70,27 +55,15 @@ impl ChainChoice {
 
     /// Evaluations spent on the choice.
     pub fn evaluations(&self) -> usize {
-        let diagram = self.diagram.as_ref().map_or(0, |found| found.evaluations);
-        diagram + self.tuning.as_ref().map_or(0, |found| found.evaluations)
+        self.tuning.as_ref().map_or(0, |found| found.evaluations)
     }
 
     /// Describes how temperature and force were chosen.
     pub fn spell(&self) -> String {
-        let measured = self.diagram.as_ref().map(|found| {
-            let best = found.recommended.as_ref();
-            best.map(|best| format!("by its magnetisation diagram: {}", best.reason))
-        });
         let tried = || self.tuning.as_ref()?.reason();
-        match (measured, &self.given) {
-            (_, Some(given)) => given.clone(),
-            (Some(Some(reason)), None) => reason,
-            (Some(None), None) => {
-                "the usual values: in the diagram no force joined most pairs".to_owned()
-            }
-            (None, None) => tried().unwrap_or_else(|| {
-                "the usual values: none of those tried joined half of the pairs".to_owned()
-            }),
-        }
+        self.given.clone().or_else(tried).unwrap_or_else(|| {
+            "the usual values: none of those tried joined half of the pairs".to_owned()
+        })
     }
 }
 
@@ -132,41 +105,4 @@ fn ascending(given: Option<&[f64]>) -> Option<Vec<f64>> {
     values.sort_by(f64::total_cmp);
     values.dedup();
     Some(values)
-}
-
-/// Measures the diagram at the given temperatures and forces, or at those typical of hands, with forces in units of the
-/// slope of one contact.
-fn measure(
-    choice: &ChoiceSettings,
-    (energy, kernel): (&GraspEnergy, &GraspKernel<'_>),
-    minima: &[Minimum],
-    settings: &MapSettings,
-    run: &Run<'_>,
-) -> Result<Diagram, JournalError> {
-    let contact_slope = contact_slope(energy);
-    let settings = DiagramSettings {
-        temperatures: ascending(choice.temperatures.as_deref())
-            .unwrap_or_else(|| log_grid(0.0025, 0.04, 5)),
-        forces: ascending(choice.forces.as_deref())
-            .unwrap_or_else(|| log_grid(0.25 * contact_slope, 32.0 * contact_slope, 15)),
-        replicas: choice.chains,
-        minima: choice.minima,
-        neighbours: choice.neighbours,
-        chain: settings.chain.clone(),
-        quench: settings.quench.clone(),
-        sameness: settings.sameness,
-        seed: settings.seed,
-    };
-    diagram(energy, kernel, minima, &settings, run)
-}
-
-/// Writes `diagram.json` and the picture.
-pub(super) fn write(found: &Diagram, title: &str, folder: &AtomicFolder) -> Result<(), StudyError> {
-    let text = format!("{:#}\n", super::json(found));
-    folder.write("diagram.json", text.as_bytes())?;
-    let canvas = diagram_chart(title, "1/m", found).draw()?;
-    for name in ["diagram.svg", "diagram.png"] {
-        folder.write(name, &canvas.encode(name.as_ref())?)?;
-    }
-    Ok(())
 }

@@ -7,7 +7,6 @@ use petgraph::graph::NodeIndex;
 use rayon::prelude::*;
 
 use super::build::{GraspLandscape, Growth, hovering};
-use super::chain_choice;
 use super::connected::ConnectedPair;
 use super::drawing::{Titles, Views, not_drawn};
 use super::error::StudyError;
@@ -130,9 +129,6 @@ impl GraspReport<'_> {
         inputs.extend(self.found.growth.iter().map(|growth| growth.onto.clone()));
         let grasps = self.population.to_file(&self.command, inputs);
         LandscapeFiles::write_grasps(&grasps, folder)?;
-        if let Some(diagram) = &self.found.choice.diagram {
-            chain_choice::write(diagram, &titles.title, folder)?;
-        }
         let text = self.summary(&mapped, &merges, &uncertainty, (&files, &names));
         let mut headline = self.headline(files.minima.len(), &uncertainty);
         if let Some(connected) = self.connected() {
@@ -195,9 +191,6 @@ impl GraspReport<'_> {
         tell("chosen", found.choice.spell().into());
         if let Some(growth) = &found.growth {
             tell("growth", json(growth));
-        }
-        if let Some(diagram) = &found.choice.diagram {
-            tell("recommended", json(&diagram.recommended));
         }
         if let Some(tuning) = &found.choice.tuning {
             tell("tuning", json(tuning));

@@ -114,7 +114,7 @@ pub(super) fn map_of(energy: &EnergySettings, slope: f64) -> MapSettings {
 }
 
 /// What is tried to choose temperature and force of the chains of a map, if they are not given.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ChoiceSettings {
     /// Temperatures T. `None` or empty: those typical of hands; over an elastic layer few chains run at its usual one only.
@@ -126,25 +126,6 @@ pub struct ChoiceSettings {
     /// Greatest number of pairs between which the few chains run. `None`: 6 over an elastic layer, 12 otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pairs: Option<usize>,
-    /// Of the diagram: number of chains for each pair and direction at each temperature and force.
-    pub chains: usize,
-    /// Of the diagram: greatest number of minima in its sample.
-    pub minima: usize,
-    /// Of the diagram: nearest neighbours in the sample that each minimum is paired with.
-    pub neighbours: usize,
-}
-
-impl Default for ChoiceSettings {
-    fn default() -> Self {
-        Self {
-            temperatures: None,
-            forces: None,
-            pairs: None,
-            chains: 3,
-            minima: 16,
-            neighbours: 2,
-        }
-    }
 }
 
 /// Settings of [`map_population`](super::map_population).
@@ -156,8 +137,6 @@ pub struct GraspMapSettings {
     pub temperature: Option<f64>,
     /// Force F = αT of attraction–diffusion, energy per metre. `None` chooses it in the same way.
     pub force: Option<f64>,
-    /// Whether to choose by a magnetisation diagram instead of a few chains.
-    pub diagram: bool,
     /// What is tried for the choice.
     pub choice: ChoiceSettings,
     /// How the minima are joined.
@@ -184,7 +163,6 @@ impl GraspMapSettings {
             map: settings_for_grasps(energy),
             temperature: None,
             force: None,
-            diagram: false,
             choice: ChoiceSettings::default(),
             search: MapSearch::default(),
         }
@@ -204,7 +182,7 @@ impl GraspMapSettings {
 pub struct StudyRun<'a> {
     /// Journal and progress observer.
     pub run: Run<'a>,
-    /// Called after each stage with its name (`quench`, `hover`, `diagram` or `choose`, `connect`) and its number of energy
+    /// Called after each stage with its name (`quench`, `hover`, `choose`, `connect`) and its number of energy
     /// evaluations, as far as they were counted.
     pub stage_ended: &'a dyn Fn(&str, usize),
 }

@@ -255,7 +255,7 @@ mod tests {
 
     #[test]
     fn no_way_is_no_pathway() {
-        let network = RateNetwork::from_rates(3, &[(0, 1, 1.0)], &[0.0; 3]);
+        let network = RateNetwork::from_log_rates(3, &[(0, 1, 0.0)], &[0.0; 3]);
         assert!(network.fastest_pathways(&[0], &[2], 3).is_empty());
         let [one] = &network.fastest_pathways(&[0], &[1], 3)[..] else {
             panic!()

@@ -52,9 +52,10 @@ impl Dynamics {
 /// use landscape::thermal::RateNetwork;
 ///
 /// // 0 ⇄ 1 → 2: from 0 it takes (1 + 3/2)/1 + 1/2 on average.
-/// let network = RateNetwork::from_rates(3, &[(0, 1, 1.0), (1, 0, 3.0), (1, 2, 2.0)], &[0.0; 3]);
-/// let times = network.first_passage_times(&[2])?;
-/// assert!((times[0].exp() - 3.0).abs() < 1e-12);
+/// let log_rates = [(0, 1, 0.0), (1, 0, 3_f64.ln()), (1, 2, 2_f64.ln())];
+/// let network = RateNetwork::from_log_rates(3, &log_rates, &[0.0; 3]);
+/// let rates = network.between(&[0], &[2]).forward?;
+/// assert!((rates.mean_time.exp() - 1.0 / 3.0).abs() < 1e-12);
 /// # Ok::<(), landscape::thermal::Unreachable>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -138,23 +139,8 @@ impl RateNetwork {
         Ok(Self { rates, log_weights })
     }
 
-    /// Any Markov process of `states` states: `(from, to, rate)`, and ln of the equilibrium weights, up to a constant.
-    /// Rates of one pair add up.
-    ///
-    /// # Panics
-    /// If a state does not exist, a rate is negative or no number, a state leads to itself, or a weight is missing.
-    pub fn from_rates(states: usize, rates: &[(usize, usize, f64)], log_weights: &[f64]) -> Self {
-        let log_rates: Vec<(usize, usize, f64)> = rates
-            .iter()
-            .map(|(from, to, rate)| {
-                assert!(*rate >= 0.0, "a rate is not negative");
-                (*from, *to, libm::log(*rate))
-            })
-            .collect();
-        Self::from_log_rates(states, &log_rates, log_weights)
-    }
-
-    /// As [`RateNetwork::from_rates`], from logarithms of rates.
+    /// Any Markov process of `states` states: `(from, to, ln of the rate)`, and ln of the equilibrium weights, up to a
+    /// constant. Rates of one pair add up.
     ///
     /// # Panics
     /// If a state does not exist, a state leads to itself, or a weight is missing.
@@ -203,34 +189,6 @@ impl RateNetwork {
         let sum = log_sum(states.iter().map(|state| self.log_weights[*state]));
         let weights = states.iter().map(|state| self.log_weights[*state]);
         weights.map(|weight| weight - sum).collect()
-    }
-
-    /// ln of the mean time until each state first reaches one of `targets` (−∞ for the targets themselves).
-    ///
-    /// # Errors
-    /// The first state from which no target can be reached.
-    ///
-    /// # Panics
-    /// If a target does not exist.
-    pub fn first_passage_times(&self, targets: &[usize]) -> Result<Vec<f64>, Unreachable> {
-        let times = self.times_or_infinity(targets);
-        match times.iter().position(|time| *time == f64::INFINITY) {
-            Some(state) => Err(Unreachable(state)),
-            None => Ok(times),
-        }
-    }
-
-    /// As [`RateNetwork::first_passage_times`], with ∞ for states that may never arrive.
-    fn times_or_infinity(&self, targets: &[usize]) -> Vec<f64> {
-        let elimination = {
-            let (kept, quiet) = (self.marked(targets), Watching::default());
-            Elimination::new(&self.rates, &kept, vec![0.0; self.states()], &quiet)
-        };
-        let mut values = vec![f64::INFINITY; self.states()];
-        for target in targets {
-            values[*target] = f64::NEG_INFINITY;
-        }
-        elimination.values(values, Gains::Counted)
     }
 
     fn marked(&self, states: &[usize]) -> Vec<bool> {
@@ -374,11 +332,6 @@ mod tests {
             let (sources, targets) = ([0, 1], [states - 1]);
             let given = targets.iter().map(|target| (*target, 0.0)).collect();
             let times = solved(&network, &given, 1.0);
-            let ours = network.first_passage_times(&targets).unwrap();
-            for (state, time) in times.iter().enumerate().take(states - 1) {
-                approx::assert_relative_eq!(libm::exp(ours[state]), *time, max_relative = 1e-10);
-            }
-            assert!(ours[states - 1] < -f64::MAX);
 
             let mut given: BTreeMap<usize, f64> = sources.iter().map(|s| (*s, 0.0)).collect();
             given.insert(states - 1, 1.0);
@@ -462,26 +415,24 @@ mod tests {
         let chain =
             RateNetwork::from_log_rates(3, &[(0, 1, step), (1, 0, 0.0), (1, 2, step)], &[0.0; 3]);
         // T₀ = 1/k + T₁, T₁ = (1 + T₀)/(1 + k) → T₀ = 2/k + 1/k², T₁ = 1/k + 1/k²
-        let times = chain.first_passage_times(&[2]).unwrap();
-        assert!(
-            (times[0] - 700.0).abs() < 1e-10 && (times[1] - 700.0).abs() < 1e-10,
-            "{times:?}"
-        );
+        for start in [0, 1] {
+            let time = -chain.between(&[start], &[2]).forward.unwrap().mean_time;
+            assert!((time - 700.0).abs() < 1e-10, "{start}: {time}");
+        }
     }
 
     #[test]
     fn islands_are_told() {
-        let network = RateNetwork::from_rates(
+        let network = RateNetwork::from_log_rates(
             4,
-            &[(0, 1, 1.0), (1, 0, 1.0), (2, 3, 1.0), (3, 2, 1.0)],
+            &[(0, 1, 0.0), (1, 0, 0.0), (2, 3, 0.0), (3, 2, 0.0)],
             &[0.0; 4],
         );
-        assert_eq!(network.first_passage_times(&[0]), Err(Unreachable(2)));
         assert_eq!(network.between(&[3], &[0]).forward, Err(Unreachable(3)));
         assert!(network.between(&[1], &[0]).log_committors[2] < -f64::MAX);
         // A state that may be lost on the way has no mean time either.
-        let lossy = RateNetwork::from_rates(3, &[(0, 1, 1.0), (0, 2, 1.0)], &[0.0; 3]);
-        assert_eq!(lossy.first_passage_times(&[2]), Err(Unreachable(0)));
+        let lossy = RateNetwork::from_log_rates(3, &[(0, 1, 0.0), (0, 2, 0.0)], &[0.0; 3]);
+        assert_eq!(lossy.between(&[0], &[2]).forward, Err(Unreachable(0)));
         // The same among many states: from 7 one may get lost in 150, and from everywhere reach 7.
         let mut rng = stream(9, Task::Start, 0);
         let safe = reversible(150, 2.0, &mut rng);

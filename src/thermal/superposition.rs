@@ -115,12 +115,6 @@ impl Superposition {
             .collect()
     }
 
-    /// Free energy Fᵢ = −T ln Zᵢ of each minimum. If the number of modes is unknown, a term common to all is missing.
-    pub fn free_energies(&self, temperature: f64) -> Vec<f64> {
-        let weights = self.log_partition_functions(temperature);
-        weights.iter().map(|weight| -temperature * weight).collect()
-    }
-
     /// Equilibrium probability pᵢ of each minimum.
     pub fn occupation(&self, temperature: f64) -> Vec<f64> {
         let temperature = checked(temperature);

@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 use super::minima::MatchTolerance;
 use super::network::{Minimum, MinimumId};
 use super::places::Places;
-use super::similarity::TreeSimilarity;
 use super::tree::{Ancestors, NodeId, Tree};
 use super::view::View;
 use crate::space::Space;
@@ -69,8 +68,6 @@ pub struct TreeDifference {
     pub only_after: Vec<MinimumId>,
     /// The merges of the matched minima, ordered by their height in the first.
     pub merges: Vec<MergeChange>,
-    /// Similarity of the two trees over all pairs of matched minima.
-    pub likeness: TreeSimilarity,
 }
 
 impl TreeDifference {
@@ -79,10 +76,6 @@ impl TreeDifference {
     /// Two minima correspond if they are within `reach.distance` of each other, modulo the symmetry of the space. The nearest pair
     /// is matched first, and each minimum is matched once (at equal distances the lower numbers first). The merges are
     /// those of the first tree restricted to the matched minima. Unmatched minima still join the others ([`View`]).
-    ///
-    /// The similarity of two trees over common leaves is measured as in numerical taxonomy: R. R. Sokal and F. J. Rohlf,
-    /// Taxon 11, 33 (1962) (correlation); G. Cardona et al., BMC Bioinformatics 14, 3 (2013) (distances). With the energies
-    /// of the leaves on the diagonal, the ℓ^∞ distance is an interleaving distance: E. Munch and A. Stefanou, 2019.
     ///
     /// In a flat valley two searches may end at points farther apart than the reach. An unmatched minimum is therefore told
     /// beside the nearest one, matched or not, whose energy is equal within `reach.energy` and that is within [`NEIGHBOUR_REACH`] times
@@ -121,23 +114,13 @@ impl TreeDifference {
         possible.extend(turned.into_iter().map(Match::turned));
         possible.sort_by_key(|pair| (pair.before, pair.after));
         possible.dedup_by_key(|pair| (pair.before, pair.after));
-        // The trees are restricted to the matched minima; the others still join them.
-        let one = View::whole(before).keep(|_, minimum| partner[minimum.0].is_some());
-        let other = View::whole(after).keep(|_, minimum| met[minimum.0]);
-        let mut place = vec![0; minima_after.len()];
-        for (leaf, minimum) in other.minima.iter().enumerate() {
-            place[minimum.0] = leaf;
-        }
-        let same: Vec<usize> = matches
-            .iter()
-            .map(|matched| place[matched.after.0])
-            .collect();
+        // The tree is restricted to the matched minima; the others still join them.
+        let restricted = View::whole(before).keep(|_, minimum| partner[minimum.0].is_some());
         Ok(Self {
             possible,
             only_before,
             only_after,
-            merges: merges(&one, after, &partner),
-            likeness: TreeSimilarity::of(&one.tree, &other.tree, &same),
+            merges: merges(&restricted, after, &partner),
             matches,
         })
     }
@@ -315,9 +298,6 @@ mod tests {
                 .iter()
                 .all(|merge| merge.after == Some(merge.before))
         );
-        assert_eq!((found.likeness.pairs, found.likeness.joined_in_one), (3, 0));
-        approx::assert_abs_diff_eq!(found.likeness.largest_change, 0.0);
-        approx::assert_abs_diff_eq!(found.likeness.correlation.unwrap(), 1.0, epsilon = 1e-12);
     }
 
     #[test]
@@ -348,16 +328,11 @@ mod tests {
             .map(|m| (m.ends.map(|end| end.0), m.before, m.after))
             .collect();
         assert_eq!(merges, [([0, 1], 4.0, Some(4.5)), ([0, 2], 6.0, None)]);
-        let likeness = found.likeness;
-        assert_eq!((likeness.pairs, likeness.joined_in_one), (1, 2));
-        approx::assert_abs_diff_eq!(likeness.mean_change, 0.5, epsilon = 1e-12);
-        approx::assert_abs_diff_eq!(likeness.largest_change, 0.5, epsilon = 1e-12);
-        assert_eq!(likeness.correlation, None);
     }
 
     proptest! {
         #[test]
-        fn likeness_is_that_of_all_pairs_one_by_one(
+        fn merges_are_those_of_the_whole_trees(
             before in any_network(),
             after in any_network(),
             chosen in any::<u64>(),
@@ -378,46 +353,12 @@ mod tests {
             prop_assert_eq!(&matched, &common);
             prop_assert!(found.matches.iter().all(|pair| pair.before.0 == pair.after.0));
             let [first, second] = [&before, &after].map(|side| Tree::from_network(side, Evidence::Chain));
-            let (mut heights, mut joined_in_one) = (Vec::new(), 0);
-            for i in common.iter().copied().map(MinimumId) {
-                for j in common.iter().copied().filter(|j| *j < i.0).map(MinimumId) {
-                    match (first.minimax(i, j), second.minimax(i, j)) {
-                        (Some(first), Some(second)) => heights.push([first, second]),
-                        (None, None) => {}
-                        _ => joined_in_one += 1,
-                    }
-                }
-            }
-            let likeness = found.likeness;
-            prop_assert_eq!((likeness.pairs, likeness.joined_in_one), (heights.len(), joined_in_one));
-            let mean = |value: &dyn Fn([f64; 2]) -> f64| {
-                heights.iter().map(|pair| value(*pair)).sum::<f64>() / heights.len().max(1) as f64
-            };
-            let means = [mean(&|h| h[0]), mean(&|h| h[1])];
-            let product = |a: usize, b: usize| mean(&|h| (h[a] - means[a]) * (h[b] - means[b]));
-            let of_energies = found.matches.iter().map(|pair| (pair.energies[1] - pair.energies[0]).abs());
-            let of_heights = heights.iter().map(|h| (h[1] - h[0]).abs());
-            let largest = of_energies.chain(of_heights).fold(0.0, f64::max);
-            prop_assert!((likeness.largest_change - largest).abs() < 1e-15);
-            prop_assert!((likeness.mean_change - (means[1] - means[0])).abs() < 1e-12);
-            let rms = mean(&|h| (h[1] - h[0]).powi(2)).sqrt();
-            prop_assert!((likeness.rms_change - rms).abs() < 1e-7, "{} {}", likeness.rms_change, rms);
-            let spreads = [product(0, 0), product(1, 1)];
-            prop_assert_eq!(likeness.correlation.is_some(), spreads.iter().all(|spread| *spread > 1e-20));
-            if let Some(correlation) = likeness.correlation {
-                let expected = product(0, 1) / (spreads[0] * spreads[1]).sqrt();
-                prop_assert!((correlation - expected).abs() < 1e-9);
+            for merge in found.merges {
+                let [a, b] = merge.ends;
+                prop_assert_eq!(first.minimax(a, b), Some(merge.before));
+                prop_assert_eq!(second.minimax(a, b), merge.after);
             }
         }
-    }
-
-    #[test]
-    fn nothing_in_common_is_no_negative_difference() {
-        let (before, after) = (network(&[0.0], &[]), network(&[9.0], &[]));
-        let likeness = compare(&before, &after, 0.2).likeness;
-        assert_eq!(likeness.pairs, 0);
-        assert!(!likeness.rms_change.is_sign_negative());
-        assert!(!likeness.mean_change.is_sign_negative());
     }
 
     #[test]

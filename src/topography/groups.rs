@@ -218,21 +218,8 @@ fn gaps(n: usize, links: &[(usize, usize, f64)]) -> Vec<Level> {
     scan
 }
 
-/// The level that joins all `links` (ends and relative barrier) up to `barrier`, with stability 1, and the group labels.
-pub(super) fn level(n: usize, links: &[(usize, usize, f64)], barrier: f64) -> (Level, Vec<usize>) {
-    let labels = partition(n, links, barrier, |_| true);
-    let sizes: Vec<usize> = members(&labels).iter().map(Vec::len).collect();
-    let level = Level {
-        barrier,
-        stability: 1.0,
-        groups: sizes.len(),
-        largest: sizes.into_iter().max().unwrap_or(0),
-    };
-    (level, labels)
-}
-
 /// The most stable informative level of `n` minima, by the rules of [`Groups::new`].
-pub(super) fn most_stable(scan: &[Level], n: usize) -> Option<Level> {
+fn most_stable(scan: &[Level], n: usize) -> Option<Level> {
     let telling = |level: &&Level| level.groups > 1 && level.groups < n;
     let best = |levels: &mut dyn Iterator<Item = &Level>| {
         levels.fold(None, |best: Option<Level>, level| match best {
@@ -347,6 +334,19 @@ mod tests {
     use crate::agreement::adjusted_rand;
     use crate::topography::tree::tests::{any_network, network};
     use proptest::prelude::*;
+
+    /// The level that joins all `links` (ends and relative barrier) up to `barrier`, with stability 1, and the group labels.
+    fn level(n: usize, links: &[(usize, usize, f64)], barrier: f64) -> (Level, Vec<usize>) {
+        let labels = partition(n, links, barrier, |_| true);
+        let sizes: Vec<usize> = members(&labels).iter().map(Vec::len).collect();
+        let level = Level {
+            barrier,
+            stability: 1.0,
+            groups: sizes.len(),
+            largest: sizes.into_iter().max().unwrap_or(0),
+        };
+        (level, labels)
+    }
 
     proptest! {
         #[test]

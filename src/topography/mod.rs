@@ -4,7 +4,6 @@ mod adelm;
 mod audit;
 mod barrier;
 mod build;
-mod diagram;
 mod difference;
 mod eigen;
 pub mod exchange;
@@ -25,7 +24,6 @@ mod ripples;
 mod scales;
 mod search;
 mod sequential;
-mod similarity;
 mod support;
 mod text;
 mod tree;
@@ -37,9 +35,6 @@ pub use adelm::{Chain, ChainSettings, chain};
 pub use audit::{Audit, AuditSettings, Verdict, audit};
 pub use barrier::{Connection, Connector, Crossing, Pair, Start};
 pub use build::{Addition, MapSettings, PairSearch, build_landscape, grow_landscape};
-pub use diagram::{
-    Diagram, DiagramSettings, ForceLevel, Isotherm, Recommendation, Threshold, diagram, log_grid,
-};
 pub use difference::{Match, MergeChange, NEIGHBOUR_REACH, TooNear, TreeDifference};
 pub use groups::{GroupSettings, Groups, Level};
 pub use journal::{GuardedJournal, Journal, JournalError, MemoryJournal, Run};
@@ -62,8 +57,7 @@ pub use search::{
     explore_lowest, in_box, probe_size,
 };
 pub use sequential::{Sequential, SequentialSettings, sequential};
-pub use similarity::TreeSimilarity;
 pub use support::{Attempt, Attempts, Searched, chance_of_lower};
 pub use text::{dot, graphml, newick, tree_json};
 pub use tree::{Ancestors, Node, NodeId, Tree, spanning_forest};
-pub use tuning::{Tuning, TuningSettings, TuningTrial, tune};
+pub use tuning::{Tuning, TuningSettings, TuningTrial, log_grid, tune};

@@ -24,8 +24,8 @@ pub enum Phase {
     Join,
     /// Trying again the connections that decide the tree.
     Retry,
-    /// Measuring the magnetisation diagram.
-    Diagram,
+    /// Choosing temperature and force of the chains.
+    Choose,
     /// Assigning minima to groups one by one.
     Assign,
     /// Searching for lower ways across the merges of the tree.
@@ -54,7 +54,7 @@ impl Phase {
             Self::Connect => "connecting pairs",
             Self::Join => "joining components",
             Self::Retry => "improving merges",
-            Self::Diagram => "measuring the diagram",
+            Self::Choose => "choosing temperature and force",
             Self::Assign => "assigning minima",
             Self::Cross => "searching lower ways",
             Self::Search => "searching saddles",

@@ -1,9 +1,10 @@
-//! Chooses the temperature and force of attraction–diffusion with a few chains (a small magnetisation diagram).
+//! Chooses the temperature and force of attraction–diffusion with a few chains.
+//!
+//! M. Hill, E. Nijkamp and S.-C. Zhu, Quarterly of Applied Mathematics 77, 269 (2019); M. Hill's thesis, section 4.3.3.
 
 use serde::{Deserialize, Serialize};
 
 use super::adelm::{ChainSettings, chain, stays};
-use super::diagram::{FROZEN, log_grid, short};
 use super::journal::{JournalError, Run, bits};
 use super::minima::MatchTolerance;
 use super::network::Minimum;
@@ -12,6 +13,9 @@ use super::{Phase, Tally};
 use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
 use crate::sample::{Kernel, Task, stream};
+
+/// Fraction of free chains that must return to their minimum at temperatures below melting.
+const FROZEN: f64 = 0.9;
 
 /// Fraction of the joinable pairs that the chosen force should join.
 const JOINED: f64 = 0.9;
@@ -58,6 +62,21 @@ impl TuningSettings {
             seed: 0,
         }
     }
+}
+
+/// Returns `count` values from `low` to `high` with equal ratios.
+pub fn log_grid(low: f64, high: f64, count: usize) -> Vec<f64> {
+    let ratio = libm::log(high / low) / count.saturating_sub(1).max(1) as f64;
+    (0..count)
+        .map(|k| low * libm::exp(ratio * k as f64))
+        .collect()
+}
+
+/// Formats a number with three significant digits.
+fn short(value: f64) -> String {
+    let decimals = (0..12).find(|k| value.abs() * 10_f64.powi(*k) >= 99.5);
+    let decimals = usize::try_from(decimals.unwrap_or(0)).unwrap_or(0);
+    format!("{value:.decimals$}")
 }
 
 /// The trials and the recommended one.
@@ -130,8 +149,8 @@ struct Outcome {
 /// join nine pairs of ten, and the next one that is at least twice as strong. The recommended trial is the one whose chains
 /// meet the lowest barriers, among temperatures at which free chains stay in their minimum if there are any.
 ///
-/// For P pairs and G forces, at most P (2 log₂ G + 6) chains run at each temperature. This costs a hundredth of
-/// [`diagram`](super::diagram()). The outcome depends neither on threads nor on interruptions.
+/// For P pairs and G forces, at most P (2 log₂ G + 6) chains run at each temperature. The outcome depends neither on threads
+/// nor on interruptions.
 ///
 /// # Errors
 /// If the journal of `run` cannot store a record.
@@ -157,7 +176,7 @@ pub fn tune(
     };
     let temperatures = settings.temperatures.len();
     // Each direction of each pair needs a scan, a free chain and two trials.
-    let tally = run.tally(Phase::Diagram, 8 * temperatures * count);
+    let tally = run.tally(Phase::Choose, 8 * temperatures * count);
     let mut evaluations = 0;
     let mut trials = Vec::new();
     for t in 0..temperatures {
@@ -369,6 +388,15 @@ mod tests {
             median_barrier,
             evaluations,
         }
+    }
+
+    #[test]
+    fn grids_and_numbers() {
+        let grid = log_grid(0.01, 1.0, 3);
+        assert!((grid[1] - 0.1).abs() < 1e-12 && (grid[2] - 1.0).abs() < 1e-12);
+        assert_eq!(log_grid(2.0, 9.0, 1).len(), 1);
+        let shown = [0.0025, 564.43, 12.345, 0.0, 99.96].map(short);
+        assert_eq!(shown, ["0.00250", "564", "12.3", "0", "100"]);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use crate::desk::{Desk, assert_says};
 use crate::parts::Parts;
 use arrow_array::StringArray;
 use landscape::grasp::{EnergySettings, GraspEnergy, judge};
-use landscape::hand::Hand;
+use landscape::hand::{Hand, HandFiles};
 use landscape::object::Object;
 use landscape::space::{PoseSpace, Space, Symmetry};
 use landscape::store::{GraspFile, GraspRow, LandscapeFiles, Overrides};
@@ -111,7 +111,8 @@ fn synthesis_from_given_grasps() {
 #[test]
 fn given_grasps_bring_their_hand_and_object() {
     let desk = Desk::empty();
-    let [urdf, side] = Hand::human_description();
+    let human = HandFiles::named("human").unwrap().files;
+    let [urdf, side] = [&human[0].text, &human[1].text];
     fs::write(desk.path("own.urdf"), urdf).unwrap();
     fs::write(desk.path("own.json"), side).unwrap();
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/objects");
@@ -323,7 +324,8 @@ fn grasps_are_judged_with_another_object() {
     assert_eq!(told, energies(&other));
 
     // Another hand must have the same joints, and brings its own points of contact.
-    let [urdf, side] = Hand::human_description();
+    let human = HandFiles::named("human").unwrap().files;
+    let [urdf, side] = [&human[0].text, &human[1].text];
     fs::write(desk.path("own.urdf"), urdf).unwrap();
     fs::write(desk.path("own.json"), format!("{side} ")).unwrap();
     let (other, said) = judged("--hand own.urdf");

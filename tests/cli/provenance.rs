@@ -9,7 +9,7 @@ use std::process::Command;
 use std::sync::OnceLock;
 
 use landscape::cli::definition;
-use landscape::hand::Hand;
+use landscape::hand::HandFiles;
 use landscape::store::{GraspFile, LandscapeFiles, Overrides};
 
 use crate::desk::Desk;
@@ -143,7 +143,6 @@ const RUNS: [(&str, &[&str]); 24] = [
             "2",
             "--search",
             "adelm",
-            "--diagram",
             "--config",
             "@/map it's.toml",
             "--hand",
@@ -369,7 +368,8 @@ fn inputs() -> &'static Desk {
         for folder in ["robot", "robot/urdf", "one", "two", "my arrays", "my data"] {
             fs::create_dir(desk.path(folder)).unwrap();
         }
-        let [urdf, side] = Hand::human_description();
+        let human = HandFiles::named("human").unwrap().files;
+        let [urdf, side] = [&human[0].text, &human[1].text];
         for folder in ["", "robot/urdf/"] {
             write(&format!("{folder}own's hand.urdf"), urdf);
             write(&format!("{folder}own's hand.json"), side);

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use super::{difference, grasps, succeed, with_table};
+use crate::described::described;
 use crate::desk::{Desk, assert_says};
 use landscape::evaluation::stability::SixDirections;
 use landscape::grasp::Grasp;
@@ -38,7 +39,7 @@ fn hands() -> Vec<Hand> {
         .iter()
         .map(|name| HandFiles::named(name).unwrap());
     let named = named.map(|files| Hand::from_files(&files).unwrap());
-    named.chain([Hand::from_urdf(ODD, None).unwrap()]).collect()
+    named.chain([described(ODD, None).unwrap()]).collect()
 }
 
 fn write(folder: &Path, files: &[ExportedFile]) {

@@ -225,7 +225,11 @@ fn description(bytes: &[u8], _: &Path) -> Result<(), String> {
 fn experiment(bytes: &[u8], _: &Path) -> Result<(), String> {
     static BODIES: OnceLock<(Arc<Hand>, Arc<Object>)> = OnceLock::new();
     let (hand, ball) = BODIES.get_or_init(|| {
-        let hand = Hand::from_urdf(URDF, Some(r#"{"surface_points": 20}"#)).unwrap();
+        let hand = Hand::from_files(&HandFiles::of_texts([
+            ["hand", URDF],
+            ["hand.json", r#"{"surface_points": 20}"#],
+        ]))
+        .unwrap();
         (Arc::new(hand), Arc::new(Object::named("ball").unwrap()))
     });
     let read: Experiment = settings(bytes)?;

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use crate::described::described;
 use crate::toy_hand::toy_hand;
 use landscape::hand::{HAND_NAMES, Hand, HandFiles, PosedHand, axis_distance, closest_points};
 use nalgebra::{DMatrix, Vector3};
@@ -443,7 +444,7 @@ fn fingers_on_a_moving_half_palm_are_digits_of_their_own() {
         links.map(|link| link.name.clone()).collect()
     };
     for half_palm in [false, true] {
-        let hand = Hand::from_urdf(&toy_hand(half_palm), None).unwrap();
+        let hand = described(&toy_hand(half_palm), None).unwrap();
         assert_eq!(hand.digits, names, "{half_palm}");
         assert_eq!(links_of(&hand, "thumb"), ["thumb_1", "thumb_2"]);
         // From the thumb's side on, whatever comes first in the file.

@@ -4,6 +4,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write;
 
+use crate::described::described;
 use crate::published::{DEX_URDF, REFERENCES};
 use landscape::hand::{HAND_NAMES, Hand, HandFiles, PosedHand};
 use landscape::sample::{Task, stream};
@@ -91,7 +92,7 @@ fn read(digits: &[Digit]) -> Result<Hand, String> {
 
 fn urdf(body: &str) -> Result<Hand, String> {
     let text = format!("<robot name=\"claw\">{body}</robot>");
-    Hand::from_urdf(&text, None).map_err(|error| error.to_string())
+    described(&text, None).map_err(|error| error.to_string())
 }
 
 fn posed(hand: &Hand, joints: &[f64]) -> PosedHand {
@@ -338,7 +339,7 @@ fn a_virtual_wrist_of_mjcf_becomes_the_pose() {
                   <joint name=\"z\" type=\"slide\" axis=\"0 0 1\" range=\"-2 2\"/><joint name=\"turn\" axis=\"0 0 1\" pos=\"0 0 -0.1\"/>";
     for place in ["0 0 0", "0 0 0.034"] {
         let [hand, plain] =
-            [joints, ""].map(|joints| Hand::from_urdf(&text(joints, place), None).unwrap());
+            [joints, ""].map(|joints| described(&text(joints, place), None).unwrap());
         assert_eq!(
             (&hand.joints, &hand.capsules),
             (&plain.joints, &plain.capsules)
@@ -436,7 +437,7 @@ fn a_linkage_moves_as_one_joint() {
         "<connect site1=\"pin\" site2=\"hole\"/>",
         "<connect body1=\"rocker\" body2=\"coupler\" anchor=\"0 0 0.04\"/>",
     ] {
-        let hand = Hand::from_urdf(&four_bar(rocker, end, more), None).unwrap();
+        let hand = described(&four_bar(rocker, end, more), None).unwrap();
         let names: Vec<&str> = hand
             .joints
             .iter()
@@ -459,17 +460,17 @@ fn a_linkage_moves_as_one_joint() {
     }
     // An inactive constraint holds nothing, and one to a body outside the hand is told.
     let off = CONNECT.replace("/>", " active=\"false\"/>");
-    let hand = Hand::from_urdf(&four_bar(rocker, end, &off), None).unwrap();
+    let hand = described(&four_bar(rocker, end, &off), None).unwrap();
     assert_eq!((hand.joints.len(), hand.notes.len()), (4, 0));
     let outside = CONNECT.replace("rocker", "table");
-    let hand = Hand::from_urdf(&four_bar(rocker, end, &outside), None).unwrap();
+    let hand = described(&four_bar(rocker, end, &outside), None).unwrap();
     assert!(
         hand.notes[0].contains("does not belong to the hand"),
         "{:?}",
         hand.notes
     );
     let absurd = CONNECT.replace("0.03 0 0", "1e300 0 0");
-    let told = Hand::from_urdf(&four_bar(rocker, end, &absurd), None)
+    let told = described(&four_bar(rocker, end, &absurd), None)
         .unwrap_err()
         .to_string();
     assert!(
@@ -477,7 +478,7 @@ fn a_linkage_moves_as_one_joint() {
         "{told}"
     );
     // The palm may be held by the world.
-    let hand = Hand::from_urdf(&four_bar(rocker, end, "<weld body1=\"palm\"/>"), None).unwrap();
+    let hand = described(&four_bar(rocker, end, "<weld body1=\"palm\"/>"), None).unwrap();
     assert_eq!((hand.joints.len(), hand.notes.len()), (4, 0));
 }
 
@@ -486,7 +487,7 @@ fn a_linkage_moves_as_one_joint() {
 fn a_loop_closed_by_couplings_is_accepted() {
     let [rocker, end] = PARALLEL;
     let couplings = "<joint joint1=\"passive\" joint2=\"drive\" polycoef=\"0 -1\"/><joint joint1=\"back\" joint2=\"drive\" polycoef=\"0 1\"/>";
-    let hand = Hand::from_urdf(
+    let hand = described(
         &four_bar(rocker, end, &format!("{CONNECT}{couplings}")),
         None,
     )
@@ -505,7 +506,7 @@ fn a_loop_closed_by_couplings_is_accepted() {
 fn a_loop_that_no_line_closes_is_refused() {
     let (rocker, end) = ([0.03, 0.02], [0.03, 0.002]);
     let more = "<connect body1=\"coupler\" body2=\"rocker\" anchor=\"0.03 0 0.002\"/>";
-    let told = Hand::from_urdf(&four_bar(rocker, end, more), None)
+    let told = described(&four_bar(rocker, end, more), None)
         .unwrap_err()
         .to_string();
     for part in [
@@ -531,12 +532,12 @@ fn a_loop_that_no_line_closes_is_refused() {
     let weld = "<weld body1=\"coupler\" body2=\"jaw\"/>";
     let text = four_bar(rocker, end, weld);
     assert!(
-        Hand::from_urdf(&text, None)
+        described(&text, None)
             .unwrap_err()
             .to_string()
             .contains("<weld>")
     );
-    let hand = Hand::from_urdf(&text, Some(r#"{"without": ["coupler"]}"#)).unwrap();
+    let hand = described(&text, Some(r#"{"without": ["coupler"]}"#)).unwrap();
     assert_eq!(hand.joints.len(), 3);
 }
 

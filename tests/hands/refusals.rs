@@ -1,5 +1,6 @@
 //! Descriptions of hands that cannot be used: the error names the mistake.
 
+use crate::described::described;
 use landscape::hand::{Hand, HandError, HandFiles};
 
 #[test]
@@ -9,7 +10,7 @@ fn bad_descriptions_are_named() {
             r#"<robot name="r"><link name="a"><collision><geometry>{geometry}</geometry></collision></link>
             <link name="b"/><link name="c"/>{joint}</robot>"#
         );
-        Hand::from_urdf(&text, None).unwrap_err().to_string()
+        described(&text, None).unwrap_err().to_string()
     };
     let sphere = r#"<sphere radius="0.1"/>"#;
     let joint = |name: &str, kind: &str, parent: &str, child: &str, more: &str| {
@@ -19,9 +20,9 @@ fn bad_descriptions_are_named() {
     };
     let turn = joint("j", "continuous", "a", "b", "");
     let both = turn.clone() + &joint("k", "fixed", "b", "c", "");
-    assert!(Hand::from_urdf("<robot", None).is_err() && Hand::from_urdf("", None).is_err());
+    assert!(described("<robot", None).is_err() && described("", None).is_err());
     assert!(matches!(
-        Hand::from_urdf("<robot name=\"r\"/>", None),
+        described("<robot name=\"r\"/>", None),
         Err(HandError::Element { .. })
     ));
     for (message, joint, geometry) in [
@@ -344,7 +345,7 @@ fn numbers_that_nobody_means_are_named() {
         )
     };
     let good = ["0.1", "1", "1", "0.01"];
-    assert!(Hand::from_urdf(&urdf(good, ""), None).is_ok());
+    assert!(described(&urdf(good, ""), None).is_ok());
     let told = [
         "a position in link \"b\"",
         "of joint \"j\"",
@@ -355,15 +356,13 @@ fn numbers_that_nobody_means_are_named() {
         for value in ["1e155", "-1e155", "1e308"] {
             let mut spoilt = good;
             spoilt[place] = value;
-            let said = Hand::from_urdf(&urdf(spoilt, ""), None)
-                .unwrap_err()
-                .to_string();
+            let said = described(&urdf(spoilt, ""), None).unwrap_err().to_string();
             assert!(said.contains(told), "{value}: {said}");
         }
     }
     for mimic in ["multiplier=\"1e155\"", "offset=\"-1e155\""] {
         let mimic = format!("<mimic joint=\"j\" {mimic}/>");
-        let said = Hand::from_urdf(&urdf(good, &mimic), None)
+        let said = described(&urdf(good, &mimic), None)
             .unwrap_err()
             .to_string();
         assert!(said.contains("the coupling of joint \"k\""), "{said}");
@@ -373,7 +372,7 @@ fn numbers_that_nobody_means_are_named() {
             "<mujoco><worldbody><body name=\"p\"><geom size=\"0.02\"/><body name=\"f\"><joint name=\"j\"/>\
              <geom size=\"0.01\" {attribute}/></body></body></worldbody></mujoco>"
         );
-        Hand::from_urdf(&text, None).map_err(|error| error.to_string())
+        described(&text, None).map_err(|error| error.to_string())
     };
     assert!(mjcf("").is_ok());
     for (attribute, told) in [
@@ -390,7 +389,7 @@ fn numbers_that_nobody_means_are_named() {
         assert!(said.contains(told), "{attribute}: {said}");
     }
     let side = r#"{"palm": {"centre_m": [0, 1e155, 0], "volar": [0, 0, 1], "distal": [0, 1, 0]}}"#;
-    let said = Hand::from_urdf(&urdf(good, ""), Some(side))
+    let said = described(&urdf(good, ""), Some(side))
         .unwrap_err()
         .to_string();
     assert!(
@@ -403,9 +402,7 @@ fn numbers_that_nobody_means_are_named() {
 fn bad_side_files_are_named() {
     let side = |side_file: &str| {
         let text = include_str!("../../data/hands/human/human.urdf");
-        Hand::from_urdf(text, Some(side_file))
-            .unwrap_err()
-            .to_string()
+        described(text, Some(side_file)).unwrap_err().to_string()
     };
     assert!(side(r#"{"rest_deg": {"toe": 3}}"#).contains("joint \"toe\""));
     assert!(side(r#"{"palms": 3}"#).contains("palms"));

@@ -15,7 +15,7 @@ use landscape::energy::{Energy, Piecewise};
 use landscape::grasp::energy::Candidates;
 use landscape::grasp::synthesis::ContactMoves;
 use landscape::grasp::{EnergySettings, GraspEnergy, GraspKernel};
-use landscape::hand::{Hand, PosedHand, SurfacePoint};
+use landscape::hand::{Hand, HandFiles, PosedHand, SurfacePoint};
 use landscape::object::Object;
 use landscape::sample::{Kernel, Rng, State, TargetDensity, Task, stream};
 use landscape::space::Space;
@@ -52,7 +52,7 @@ fn hand() -> Hand {
         link("palm", 0.03, 0.03),
         link("finger", 0.05, 0.02)
     );
-    let mut hand = Hand::from_urdf(&text, None).unwrap();
+    let mut hand = Hand::from_files(&HandFiles::of_texts([["hand", &text]])).unwrap();
     let finger = hand.link("finger").unwrap();
     let of_palm = hand.surface.iter().filter(|p| p.link != finger).step_by(20);
     let of_finger: Vec<SurfacePoint> = hand

@@ -5,8 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use landscape::evaluation::taxonomy::{
-    Anatomy, Label, Labeller, Rule, Sharpness, Taxonomy, TouchingPatch, Verdict, held,
-    label_contacts, touches,
+    Anatomy, Label, Labeller, Rule, Taxonomy, TouchingPatch, Verdict, held, label_contacts, touches,
 };
 use landscape::hand::{Hand, PosedHand};
 use landscape::object::{Assembly, Object, Primitive};
@@ -37,15 +36,12 @@ pub(crate) enum Error {
     Misread,
 }
 
-/// Errors of the joint angles: independent normal errors, clamped at the limits; and of the place of the whole hand.
+/// Errors of the joint angles: independent normal errors, clamped at the limits.
 #[derive(Clone, Copy)]
 pub(crate) struct Noise {
     pub(crate) error: Error,
     /// Standard deviation of each joint angle.
     pub(crate) joints_rad: f64,
-    /// Standard deviation of each coordinate of the hand's place, for hands that have moved. Whoever poses a hand by eye
-    /// errs by several millimetres.
-    pub(crate) place_m: f64,
     /// Number of noisy poses of each fixture.
     pub(crate) copies: u64,
     pub(crate) seed: u64,
@@ -56,7 +52,6 @@ impl Noise {
     pub(crate) const NONE: Self = Self {
         error: Error::Moved,
         joints_rad: 0.0,
-        place_m: 0.0,
         copies: 1,
         seed: 0,
     };
@@ -159,17 +154,7 @@ pub(crate) fn widened_cases(path: &Path, authored: Vec<Fixture>) -> Result<Vec<C
 
 /// Labels of all copies of all fixtures, in order.
 pub(crate) fn judge(cases: &[Case], rule: &Rule, noise: Noise) -> Result<Vec<Outcome>, Failure> {
-    Ok(judge_each(cases, rule, noise, &[rule.sharpness])?.remove(0))
-}
-
-/// As [`judge`], for several values of the rule's sharpness in place of its own.
-pub(crate) fn judge_each(
-    cases: &[Case],
-    rule: &Rule,
-    noise: Noise,
-    sharpness: &[Sharpness],
-) -> Result<Vec<Vec<Outcome>>, Failure> {
-    let of_case = |(index, case): (usize, &Case)| -> Result<Vec<Vec<Outcome>>, Failure> {
+    let of_case = |(index, case): (usize, &Case)| -> Result<Vec<Outcome>, Failure> {
         let Case {
             id,
             kind,
@@ -183,17 +168,12 @@ pub(crate) fn judge_each(
         hand.pose(x, &mut posed);
         let near = touches(hand, &anatomy, &posed, object);
         let held = held(object, &near, &anatomy.volar(&posed));
-        let misread = |x: &[f64]| -> Vec<Label> {
+        let misread = |x: &[f64]| {
             let mut read = PosedHand::default();
             hand.pose(x, &mut read);
             let carried: Vec<TouchingPatch> =
                 near.iter().map(|t| t.carried(&posed, &read)).collect();
-            let label = |sharpness: &Sharpness| {
-                let mut rule = rule.clone();
-                rule.sharpness = *sharpness;
-                label_contacts(&rule, &anatomy, &read, &carried, held.clone())
-            };
-            sharpness.iter().map(label).collect()
+            label_contacts(rule, &anatomy, &read, &carried, held.clone())
         };
         let labelled = |copy: u64| {
             let mut x = x.clone();
@@ -206,35 +186,22 @@ pub(crate) fn judge_each(
                     *angle = (*angle + noise.joints_rad * step).clamp(lower, upper);
                 }
             }
-            if noise.place_m > 0.0 {
-                for coordinate in &mut x[..3] {
-                    let step: f64 = StandardNormal.sample(&mut random);
-                    *coordinate += noise.place_m * step;
-                }
-            }
-            let labels = match noise.error {
-                Error::Moved => labeller.labels(&x, sharpness),
+            let label = match noise.error {
+                Error::Moved => labeller.label(&x),
                 Error::Misread => misread(&x),
             };
-            let outcome = |label| Outcome {
+            Outcome {
                 id: id.clone(),
                 truth: *kind,
                 label,
-            };
-            labels.into_iter().map(outcome).collect()
+            }
         };
         Ok((0..noise.copies).map(labelled).collect())
     };
-    let outcomes: Vec<Vec<Vec<Outcome>>> = (cases.par_iter().enumerate())
+    let outcomes: Vec<Vec<Outcome>> = (cases.par_iter().enumerate())
         .map(of_case)
         .collect::<Result<_, _>>()?;
-    let mut sorted: Vec<Vec<Outcome>> = sharpness.iter().map(|_| Vec::new()).collect();
-    for copy in outcomes.into_iter().flatten() {
-        for (own, outcome) in sorted.iter_mut().zip(copy) {
-            own.push(outcome);
-        }
-    }
-    Ok(sorted)
+    Ok(outcomes.into_iter().flatten().collect())
 }
 
 /// The share of the outcomes that pass a test; `None` if there are none.

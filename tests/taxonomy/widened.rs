@@ -36,8 +36,9 @@ impl HandName {
         let hand = match self {
             Self::Human => Hand::human(),
             Self::SmallHuman => {
-                let [urdf, _] = Hand::human_description();
-                Hand::from_urdf(&scaled_urdf(urdf, SMALL), None).ok()?
+                let human = HandFiles::named("human").ok()?;
+                let urdf = scaled_urdf(&human.files.first()?.text, SMALL);
+                Hand::from_files(&HandFiles::of_texts([["hand", &urdf]])).ok()?
             }
             Self::Shadow => of_test_data("hands/dex_urdf/shadow_hand/shadow_hand_right.urdf")?,
             Self::Mano => of_test_data("hands/mano/mano_right.xml")?,

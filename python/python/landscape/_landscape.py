@@ -651,7 +651,6 @@ def build(
     neighbours: int | None = None,
     temperature: float | None = None,
     pull: float | None = None,
-    diagram: bool = False,
     paths: str = "string",
     search: str = "passes",
     group_barrier: float | None = None,
@@ -680,8 +679,6 @@ def build(
         Number of nearest minima to which each minimum is connected.
     temperature, pull
         Temperature and force of attraction–diffusion: units of the energy, and energy per metre. By default they are chosen.
-    diagram
-        Whether to measure at which temperatures and forces chains arrive.
     paths
         ``"string"`` or ``"band"`` (a nudged elastic band whose highest image climbs).
     search
@@ -720,7 +717,7 @@ def build(
     keeps = None if out is not None else Folder()
     target = Path(out) if keeps is None else keeps / "grasps.landscape"  # type: ignore[arg-type]
     given = flags(
-        neighbours=neighbours, temperature=temperature, pull=pull, diagram=diagram,
+        neighbours=neighbours, temperature=temperature, pull=pull,
         paths=None if paths == "string" else paths, search=None if search == "passes" else search, group_barrier=group_barrier,
         only_stable=only_stable, first=first, seed=whole("seed", seed) or None, onto=None if onto is None else _folder(onto),
         no_report=not report,

@@ -5,7 +5,7 @@ use super::decision::{Answer, Evidence, Fits, evidence};
 use super::facts::{DIGITS, Facts, TOUCHES};
 use super::form::{Held, held, held_by_contacts};
 use super::pose_correction::{PoseCorrection, readings};
-use super::rule::{Rule, Sharpness};
+use super::rule::Rule;
 use super::table::{Category, GraspType, Opposition, Taxonomy, spell_digits};
 use super::touch::{TouchingPatch, touches};
 use crate::hand::{Hand, PatchSide, PosedHand};
@@ -239,20 +239,9 @@ impl<'a> Labeller<'a> {
     /// # Panics
     /// If `x` does not have 7 numbers more than the hand has joints.
     pub fn label(&self, x: &[f64]) -> Label {
-        self.labels(x, &[self.rule.sharpness]).remove(0)
-    }
-
-    /// The labels for several values of [`Rule::sharpness`], at the cost of one label.
-    ///
-    /// # Panics
-    /// As [`Labeller::label`].
-    pub fn labels(&self, x: &[f64], sharpness: &[Sharpness]) -> Vec<Label> {
         let anatomy = match &self.anatomy {
             Ok(anatomy) => anatomy,
-            Err(why) => {
-                let label = Label::not_applicable(Inapplicable::Hand(*why));
-                return vec![label; sharpness.len()];
-            }
+            Err(why) => return Label::not_applicable(Inapplicable::Hand(*why)),
         };
         let read = |x: &Vec<f64>| {
             let mut posed = PosedHand::default();
@@ -266,9 +255,7 @@ impl<'a> Labeller<'a> {
         poses.retain(|pose| *pose != asked);
         let as_posed = read(&asked);
         let corrected: Vec<Reading> = poses.iter().filter_map(read).collect();
-        let label =
-            |sharpness: &Sharpness| named(self.rule, *sharpness, as_posed.as_ref(), &corrected);
-        sharpness.iter().map(label).collect()
+        named(self.rule, as_posed.as_ref(), &corrected)
     }
 }
 
@@ -284,7 +271,7 @@ pub fn label_contacts(
     let volar = anatomy.palm_axes(posed).volar;
     let held = held.or_else(|| held_by_contacts(touches, &volar));
     let reading = Reading::of(rule, anatomy, posed, touches, held);
-    named(rule, rule.sharpness, reading.as_ref(), &[])
+    named(rule, reading.as_ref(), &[])
 }
 
 /// A pose that is measured and compared with all types.
@@ -318,15 +305,10 @@ impl Reading {
 }
 
 /// The label of a pose and its readings.
-fn named(
-    rule: &Rule,
-    sharpness: Sharpness,
-    as_posed: Option<&Reading>,
-    corrected: &[Reading],
-) -> Label {
+fn named(rule: &Rule, as_posed: Option<&Reading>, corrected: &[Reading]) -> Label {
     let posed = as_posed.map(|reading| &reading.fits);
     let fits: Vec<&Fits> = corrected.iter().map(|reading| &reading.fits).collect();
-    let Some(answer) = Answer::of(posed, &fits, sharpness) else {
+    let Some(answer) = Answer::of(posed, &fits, rule.sharpness) else {
         return Label::not_applicable(Inapplicable::Touch);
     };
     let shown = as_posed.into_iter().chain(corrected).reduce(|best, other| {

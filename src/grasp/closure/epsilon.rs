@@ -9,16 +9,6 @@ use super::cone_programme::shortest_in_hull;
 use super::expanding::nearest_facet;
 use super::{PointContact, excess, tangents_of};
 
-/// Limit on the normal forces, on which the ε of Ferrari and Canny (1992) depends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum WrenchLimit {
-    /// The sum of all normal forces is one; the wrenches form the convex hull of the union of all cones (L₁).
-    Sum,
-    /// Every normal force is at most one; the wrenches form the Minkowski sum of the cones (L∞).
-    Each,
-}
-
 /// Settings of the Ferrari–Canny ε.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -29,8 +19,6 @@ pub struct EpsilonSettings {
     pub cone_edges: usize,
     /// Factor on torques, in addition to the length by which the arms were divided.
     pub torque_scale: f64,
-    /// Limit on the normal forces.
-    pub limit: WrenchLimit,
 }
 
 impl Default for EpsilonSettings {
@@ -39,7 +27,6 @@ impl Default for EpsilonSettings {
             friction: 0.5,
             cone_edges: 8,
             torque_scale: 1.0,
-            limit: WrenchLimit::Sum,
         }
     }
 }
@@ -58,13 +45,13 @@ pub struct Epsilon {
 ///
 /// ```text
 /// ε = min over ‖u‖ = 1 of max over w ∈ W of u·w
-/// W = conv ⋃ᵢ Wᵢ  (Σ fₙ = 1)   or   ⊕ᵢ conv(0, Wᵢ)  (fₙ,i ≤ 1)
+/// W = conv ⋃ᵢ Wᵢ
 /// Wᵢ = { (f, σ xᵢ × f) : f = cᵢ + μ (cos(2πk/m) t₁ + sin(2πk/m) t₂), k = 0 … m−1 }
 /// ```
 ///
-/// xᵢ: arms, cᵢ: inward unit normals, m: `cone_edges`, σ: `torque_scale`. The wrenches are those of unit *normal* forces,
-/// and the distance is L₂ over (force, torque), dimensionless. The first edge points to the contact farthest off the
-/// normal, so that ε does not depend on the frame. If the origin is outside W (only with [`WrenchLimit::Sum`]), the formula
+/// xᵢ: arms, cᵢ: inward unit normals, m: `cone_edges`, σ: `torque_scale`. The sum of all
+/// *normal* forces is one (the L₁ limit of Ferrari and Canny), and the distance is L₂ over (force, torque), dimensionless. The first edge points to the contact farthest off the
+/// normal, so that ε does not depend on the frame. If the origin is outside W, the formula
 /// gives minus its distance from W. If W is flat and contains the origin, or without contacts, ε is zero.
 ///
 /// For the pyramids the result is exact to about 10⁻¹⁰ of the largest wrench; bodies thinner than 10⁻⁹ of it count as flat.
@@ -81,53 +68,43 @@ pub fn epsilon(contacts: &[PointContact], settings: &EpsilonSettings) -> Epsilon
     );
     assert!(friction >= 0.0 && friction.is_finite());
     assert!(torque_scale >= 0.0 && torque_scale.is_finite());
-    epsilon_of_wrenches(&pyramids(contacts, settings), settings.limit)
+    epsilon_of_wrenches(&pyramids(contacts, settings))
 }
 
-fn pyramids(contacts: &[PointContact], settings: &EpsilonSettings) -> Vec<Vec<Vector6<f64>>> {
+/// The wrenches along the edges of all cones.
+fn pyramids(contacts: &[PointContact], settings: &EpsilonSettings) -> Vec<Vector6<f64>> {
     contacts
         .iter()
-        .map(|contact| {
+        .flat_map(|contact| {
             let normal = contact.inward_normal;
             let [first, second] = tangents_toward_others(contact, contacts);
-            (0..settings.cone_edges)
-                .map(|edge| {
-                    let angle = TAU * edge as f64 / settings.cone_edges as f64;
-                    let sideways = first * libm::cos(angle) + second * libm::sin(angle);
-                    let mut wrench = contact.wrench_of(&(normal + sideways * settings.friction));
-                    wrench
-                        .fixed_rows_mut::<3>(3)
-                        .scale_mut(settings.torque_scale);
-                    wrench
-                })
-                .collect()
+            (0..settings.cone_edges).map(move |edge| {
+                let angle = TAU * edge as f64 / settings.cone_edges as f64;
+                let sideways = first * libm::cos(angle) + second * libm::sin(angle);
+                let mut wrench = contact.wrench_of(&(normal + sideways * settings.friction));
+                wrench
+                    .fixed_rows_mut::<3>(3)
+                    .scale_mut(settings.torque_scale);
+                wrench
+            })
         })
         .collect()
 }
 
-/// Like [`epsilon()`], for given extreme wrenches of each contact, of any finite size; infinite if ε exceeds `f64`.
+/// Like [`epsilon()`], for given extreme wrenches of any finite size; infinite if ε exceeds `f64`.
 ///
 /// # Panics
 /// If a wrench is not finite.
-pub fn epsilon_of_wrenches(contacts: &[Vec<Vector6<f64>>], limit: WrenchLimit) -> Epsilon {
+pub fn epsilon_of_wrenches(wrenches: &[Vector6<f64>]) -> Epsilon {
     assert!(
-        contacts
+        wrenches
             .iter()
-            .flatten()
             .all(|wrench| wrench.iter().all(|w| w.is_finite()))
     );
     // Scaling prevents squares from overflowing or underflowing.
-    let excess = excess(
-        contacts
-            .iter()
-            .flatten()
-            .flat_map(|wrench| wrench.iter().copied()),
-    );
-    let moderate: Vec<Vec<Vector6<f64>>> = contacts
-        .iter()
-        .map(|wrenches| wrenches.iter().map(|wrench| wrench / excess).collect())
-        .collect();
-    let found = epsilon_of_moderate(&moderate, limit);
+    let excess = excess(wrenches.iter().flat_map(|wrench| wrench.iter().copied()));
+    let moderate: Vec<Vector6<f64>> = wrenches.iter().map(|wrench| wrench / excess).collect();
+    let found = epsilon_of_moderate(&moderate);
     Epsilon {
         value: found.value * excess,
         ..found
@@ -135,8 +112,7 @@ pub fn epsilon_of_wrenches(contacts: &[Vec<Vector6<f64>>], limit: WrenchLimit) -
 }
 
 /// Like [`epsilon_of_wrenches`], for wrenches whose largest is of order one.
-fn epsilon_of_moderate(contacts: &[Vec<Vector6<f64>>], limit: WrenchLimit) -> Epsilon {
-    let all: Vec<Vector6<f64>> = contacts.iter().flatten().copied().collect();
+fn epsilon_of_moderate(all: &[Vector6<f64>]) -> Epsilon {
     let size = all.iter().map(Vector6::norm).fold(0.0, f64::max);
     if size == 0.0 {
         return Epsilon {
@@ -144,19 +120,10 @@ fn epsilon_of_moderate(contacts: &[Vec<Vector6<f64>>], limit: WrenchLimit) -> Ep
             weakest: Vector6::x(),
         };
     }
-    let nearest = match limit {
-        WrenchLimit::Sum => nearest_facet(|u| farthest(&all, u)),
-        WrenchLimit::Each => nearest_facet(|u| {
-            contacts
-                .iter()
-                .map(|wrenches| farthest(wrenches, u))
-                .filter(|wrench| wrench.dot(u) > 0.0)
-                .sum()
-        }),
-    };
-    if nearest.offset <= 0.0 && limit == WrenchLimit::Sum {
+    let nearest = nearest_facet(|u| farthest(all, u));
+    if nearest.offset <= 0.0 {
         // If the solver fails, the supporting plane gives a lower bound of the distance.
-        let shortest = shortest_in_hull(&all).unwrap_or_else(|| nearest.normal * nearest.offset);
+        let shortest = shortest_in_hull(all).unwrap_or_else(|| nearest.normal * nearest.offset);
         let distance = shortest.norm();
         if distance > OUTSIDE * size {
             return Epsilon {
@@ -209,7 +176,7 @@ mod tests {
     use rand::RngExt;
 
     fn gauge(points: &[Vector6<f64>]) -> f64 {
-        epsilon_of_wrenches(&[points.to_vec()], WrenchLimit::Sum).value
+        epsilon_of_wrenches(points).value
     }
 
     fn support(points: &[Vector6<f64>], u: &Vector6<f64>) -> f64 {
@@ -235,10 +202,6 @@ mod tests {
             .map(|bits| Vector6::from_fn(|k, _| f64::from(bits >> k & 1) * 2.0 - 1.0))
             .collect();
         assert!((gauge(&cube) - 1.0).abs() < 1e-12);
-        // The same cube as a sum of six segments.
-        let segments: Vec<Vec<_>> = axes.iter().map(|a| vec![*a, -a]).collect();
-        let sum = epsilon_of_wrenches(&segments, WrenchLimit::Each);
-        assert!((sum.value - 1.0).abs() < 1e-12);
         // The cube is moved off centre and beyond the origin.
         let moved = |by: f64| -> Vec<_> { cube.iter().map(|p| p + Vector6::x() * by).collect() };
         assert!((gauge(&moved(0.75)) - 0.25).abs() < 1e-12);
@@ -259,21 +222,16 @@ mod tests {
         let apart: Vec<_> = around.iter().map(|w| w + Vector6::x() * 3.0).collect();
         let flat: Vec<_> = apart[2..].to_vec();
         for wrenches in [&around, &apart, &flat] {
-            for limit in [WrenchLimit::Sum, WrenchLimit::Each] {
-                let of = |size: f64| {
-                    let sized: Vec<_> = wrenches.iter().map(|w| w * size).collect();
-                    epsilon_of_wrenches(&[sized], limit)
-                };
-                let one = of(1.0);
-                for size in [1e-300, 1e-200, 1e-20, 1e20, 1e200, 1e307] {
-                    let found = of(size);
-                    let difference = (found.value / size - one.value).abs();
-                    assert!(
-                        difference < 1e-7,
-                        "{limit:?}, {size}: {found:?} for {one:?}"
-                    );
-                    assert!((found.weakest.norm() - 1.0).abs() < 1e-9, "{found:?}");
-                }
+            let of = |size: f64| {
+                let sized: Vec<_> = wrenches.iter().map(|w| w * size).collect();
+                epsilon_of_wrenches(&sized)
+            };
+            let one = of(1.0);
+            for size in [1e-300, 1e-200, 1e-20, 1e20, 1e200, 1e307] {
+                let found = of(size);
+                let difference = (found.value / size - one.value).abs();
+                assert!(difference < 1e-7, "{size}: {found:?} for {one:?}");
+                assert!((found.weakest.norm() - 1.0).abs() < 1e-9, "{found:?}");
             }
         }
         // With both huge and tiny wrenches, ε only has to be finite.
@@ -371,7 +329,7 @@ mod tests {
                     friction: 1.5,
                     ..EpsilonSettings::default()
                 };
-                let points = pyramids(&grasp(set, 3, lattice), &settings).concat();
+                let points = pyramids(&grasp(set, 3, lattice), &settings);
                 let found = gauge(&points);
                 let least = by_every_facet(&points);
                 if found > 1e-9 {
@@ -400,7 +358,7 @@ mod tests {
             let contacts = grasp(set, 5, set % 2 == 1);
             let settings = EpsilonSettings::default();
             let found = epsilon(&contacts, &settings);
-            let points = pyramids(&contacts, &settings).concat();
+            let points = pyramids(&contacts, &settings);
             if found.value < 1e-6 {
                 continue;
             }
@@ -436,44 +394,15 @@ mod tests {
             })
             .collect();
         for torque_scale in [0.3, 1.0, 5.0] {
-            let with = |limit| EpsilonSettings {
+            let settings = EpsilonSettings {
                 friction: 0.0,
                 cone_edges: 3,
                 torque_scale,
-                limit,
             };
             let d = torque_scale * arm;
-            // The sum is shared equally between the planes, each by its shorter half side.
-            let sum = epsilon(&contacts, &with(WrenchLimit::Sum)).value;
-            assert!((sum - d.min(1.0) / 3f64.sqrt()).abs() < 1e-12, "{sum}");
-            // In one plane the sum of rectangles is rotated by 45°.
-            let each = epsilon(&contacts, &with(WrenchLimit::Each)).value;
-            assert!(
-                (each - 2.0 * d / libm::hypot(1f64, d)).abs() < 1e-12,
-                "{each}"
-            );
-        }
-    }
-
-    /// With a larger limit the same contacts resist more; without forces they resist nothing.
-    #[test]
-    fn limits() {
-        for set in 0..20 {
-            let contacts = grasp(set, 4, false);
-            let with = |limit| {
-                let settings = EpsilonSettings {
-                    limit,
-                    ..EpsilonSettings::default()
-                };
-                epsilon(&contacts, &settings).value
-            };
-            let (sum, each) = (with(WrenchLimit::Sum), with(WrenchLimit::Each));
-            assert!(each >= 0.0);
-            if sum > 0.0 {
-                assert!(each >= sum && each <= 4.0 * sum, "{sum}, {each}");
-            } else {
-                assert!(each < 1e-8, "{sum}, {each}");
-            }
+            // The force is shared equally between the planes, each by its shorter half side.
+            let found = epsilon(&contacts, &settings).value;
+            assert!((found - d.min(1.0) / 3f64.sqrt()).abs() < 1e-12, "{found}");
         }
     }
 }

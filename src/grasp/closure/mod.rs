@@ -36,7 +36,7 @@ mod friction;
 mod triangle;
 
 pub use cone_programme::{ContactForces, contact_forces, least_pressing};
-pub use epsilon::{Epsilon, EpsilonSettings, WrenchLimit, epsilon, epsilon_of_wrenches};
+pub use epsilon::{Epsilon, EpsilonSettings, epsilon, epsilon_of_wrenches};
 pub use friction::{LARGEST_FRICTION, is_force_closure, least_friction};
 
 /// A point contact: its position and direction.

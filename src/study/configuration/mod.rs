@@ -73,7 +73,6 @@ impl ConfigurationFile<'_> {
             }
             Self::Build => {
                 let values = plain(&BuildFile {
-                    diagram: Some(false),
                     search: Some(MapSearch::default()),
                     choice: Some(ChoiceSettings::default()),
                     map: Some(default_map()),
@@ -236,7 +235,6 @@ impl Given {
 struct BuildFile {
     temperature: Option<f64>,
     force: Option<f64>,
-    diagram: Option<bool>,
     search: Option<MapSearch>,
     choice: Option<ChoiceSettings>,
     map: Option<MapSettings>,
@@ -253,7 +251,6 @@ impl GraspMapSettings {
             map: given.over("map", &self.map)?,
             temperature: file.temperature.or(self.temperature),
             force: file.force.or(self.force),
-            diagram: file.diagram.unwrap_or(self.diagram),
             choice: given.over("choice", &self.choice)?,
             search: file.search.unwrap_or(self.search),
         })

@@ -57,7 +57,6 @@ fn settings_of_build(energy: &EnergySettings) -> GraspMapSettings {
         map: map_of(energy, 7.0),
         temperature: None,
         force: None,
-        diagram: false,
         choice: ChoiceSettings::default(),
         search: MapSearch::default(),
     }
@@ -78,7 +77,6 @@ fn read(of: &ConfigurationFile<'_>, text: &str) -> Result<Table, String> {
             Ok(plain(&BuildFile {
                 temperature: found.temperature,
                 force: found.force,
-                diagram: Some(found.diagram),
                 search: Some(found.search),
                 choice: Some(found.choice),
                 map: Some(found.map),
@@ -358,12 +356,12 @@ fn scales_of_a_file_replace_those_that_were_measured() {
 #[test]
 fn what_is_tried_for_the_chains_can_be_set() {
     let usual = settings_of_build(&EnergySettings::closed());
-    let (_folder, path) = file("[choice]\ntemperatures = [0.02, 0.01]\npairs = 3\nchains = 5\n");
+    let (_folder, path) = file("[choice]\ntemperatures = [0.02, 0.01]\npairs = 3\n");
     let found = usual.clone().with_file(&path).unwrap().choice;
     assert_eq!(found.temperatures, Some(vec![0.02, 0.01]));
-    assert_eq!((found.pairs, found.chains), (Some(3), 5));
-    assert_eq!(found.minima, usual.choice.minima);
-    for wrong in ["temperatures = [0.01, -1.0]", "chains = 0"] {
+    assert_eq!(found.pairs, Some(3));
+    assert_eq!(found.forces, None);
+    for wrong in ["temperatures = [0.01, -1.0]", "pairs = 0"] {
         let (_folder, path) = file(&format!("[choice]\n{wrong}\n"));
         let message = usual.clone().with_file(&path).unwrap_err().to_string();
         assert!(message.contains("choice."), "{message}");

@@ -51,7 +51,7 @@ const ROUND: usize = 8;
 /// How often the way of a chain is halved at most: descents from up to 2ⁿ − 1 of its points find its basins.
 const HALVINGS: u32 = 3;
 
-/// First random stream of the chains of searches; diagrams and sequential maps have kinds of their own.
+/// First random stream of the chains of searches; sequential maps have a kind of their own.
 const CHAINS: u64 = 1 << 60;
 
 /// A search to be made.

@@ -228,12 +228,18 @@ fn posed(hand: Result<Hand, HandError>) -> Result<(), String> {
 /// URDF or MJCF with few surface points, because these cost the most time.
 fn hand(bytes: &[u8], _: &Path) -> Result<(), String> {
     let text = String::from_utf8_lossy(bytes);
-    posed(Hand::from_urdf(&text, Some(r#"{"surface_points": 20}"#)))
+    posed(Hand::from_files(&HandFiles::of_texts([
+        ["hand", &text],
+        ["hand.json", r#"{"surface_points": 20}"#],
+    ])))
 }
 
 fn side(bytes: &[u8], _: &Path) -> Result<(), String> {
     let text = String::from_utf8_lossy(bytes);
-    posed(Hand::from_urdf(URDF, Some(&text)))
+    posed(Hand::from_files(&HandFiles::of_texts([
+        ["hand", URDF],
+        ["hand.json", &text],
+    ])))
 }
 
 fn hand_mesh(kind: &str, bytes: &[u8], folder: &Path) -> Result<(), String> {
