@@ -441,7 +441,7 @@ mod command {
         let folder = tempfile::TempDir::new().unwrap();
         let settings = folder.path().join("mine.toml");
         std::fs::write(&settings, "protocol = \"drop\"\nfall_m = -1.0\n").unwrap();
-        let arguments = ["--settings", settings.to_str().unwrap()];
+        let arguments = ["--config", settings.to_str().unwrap()];
         let (succeeded, told) = stability(Path::new("none.parquet"), &arguments);
         assert!(
             !succeeded && told.contains("fall_m = -1 is not from 1e-9"),

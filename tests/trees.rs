@@ -329,7 +329,7 @@ fn views_are_drawn() {
     desk.succeed("draw t.landscape --min-members 1000000 -o none");
     assert_eq!(desk.tree("none"), Tree::default());
 
-    // Tables of another landscape, and a folder of a version that kept no checksums.
+    // Tables of another landscape.
     desk.succeed("surface double-well 2 0.1 -q -o other.landscape");
     let tables = ["t", "other"].map(|name| desk.path(name).with_extension("landscape"));
     let [own, other] = tables.map(|folder| folder.join("edges.parquet"));
@@ -344,17 +344,6 @@ fn views_are_drawn() {
     }
     assert!(!desk.path("mixed").exists());
     fs::write(&own, edges).unwrap();
-    let manifest = desk.path("t.landscape/landscape.json");
-    let whole = desk.text("t.landscape/landscape.json");
-    let mut value: Value = serde_json::from_str(&whole).unwrap();
-    value.as_object_mut().unwrap().remove("checksums").unwrap();
-    fs::write(&manifest, value.to_string()).unwrap();
-    let said = String::from_utf8(desk.run("draw t.landscape -o older").stderr).unwrap();
-    assert!(
-        said.contains("warning: ") && said.contains("checksums"),
-        "{said}"
-    );
-    fs::write(manifest, whole).unwrap();
 
     for (line, said) in [
         ("draw t.landscape --pick m9", "m0 to m8"),

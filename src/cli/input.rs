@@ -173,8 +173,6 @@ pub(super) fn open_landscape(folder: &Path) -> anyhow::Result<LandscapeFiles> {
             manifest.command
         )
     });
-    let warnings = LandscapeFiles::warnings(folder)?;
-    warn(&warnings.iter().map(ToString::to_string).collect::<Vec<_>>());
     Ok(files)
 }
 

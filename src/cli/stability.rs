@@ -26,8 +26,7 @@ pub(super) struct Stability {
     #[arg(long, value_enum, default_value_t = ProtocolName::Drop, conflicts_with = "settings")]
     protocol: ProtocolName,
     /// Your own protocol (TOML): `protocol = "drop"` or `"six-directions"` and any of its numbers.
-    // Files and scripts of earlier versions say `--settings`.
-    #[arg(long = "config", alias = "settings", value_name = "FILE")]
+    #[arg(long = "config", value_name = "FILE")]
     settings: Option<PathBuf>,
     /// Write the protocol with all its numbers to standard output, and do nothing else.
     #[arg(long)]

@@ -392,23 +392,6 @@ pub enum Warning {
         /// Number of all grasps.
         grasps: usize,
     },
-    /// The landscape was written before checksums existed.
-    #[error(
-        "{0} has no checksums of its tables, because an older version wrote it: whether the tables belong together is \
-         not checked"
-    )]
-    NoChecksums(PathBuf),
-    /// The file has more than this version of the program knows, from a newer version or another program.
-    #[error(
-        "{path} contains entries that this version does not support and drops: {}",
-        list(unknown.iter().map(String::as_str))
-    )]
-    Unknown {
-        /// The file or the folder.
-        path: PathBuf,
-        /// Names of columns, and entries of the metadata with a dot between nested names.
-        unknown: Vec<String>,
-    },
     /// The file describes nothing, and the rows name a hand or an object otherwise than the user.
     #[error("using {kind} `{given}` for `{told}`, the only {kind} that the rows name")]
     TakenFor {

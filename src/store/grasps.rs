@@ -29,7 +29,7 @@
 //! | `source`? | string | origin of the grasp; absent: empty |
 //! | `chain_seed`?, `chain_step`? | uint64 | the chain and step that found it; absent: 0 |
 //!
-//! `?` may be absent, `∅` may be null; other columns are ignored, with a warning. Narrower numbers, lists of any kind,
+//! `?` may be absent, `∅` may be null; other columns are ignored. Narrower numbers, lists of any kind,
 //! categorical strings and every usual compression are accepted, so a table may pass through other tools:
 //!
 //! ```python
@@ -282,28 +282,6 @@ pub(super) fn term_column(name: &str) -> String {
 }
 
 pub(super) const TERM: &str = "term_";
-
-/// Columns that are not read. The index of a data frame is no loss.
-pub(super) fn unknown_columns(table: &Table, metadata: &Metadata) -> Vec<String> {
-    let known = NAMED.iter().chain(MEASURED).map(|column| column.name);
-    let others = [
-        "translation_m",
-        "rotation_wxyz",
-        "joints_rad",
-        "contacts",
-        "energy",
-    ];
-    let known: BTreeSet<&str> = known.chain(others).collect();
-    let is_term = |name: &str| {
-        let mut terms = metadata.terms.iter();
-        (name.strip_prefix(TERM)).is_some_and(|name| terms.any(|term| term == name))
-    };
-    table
-        .names()
-        .filter(|name| !known.contains(name) && !is_term(name) && !name.starts_with("__index_"))
-        .map(str::to_owned)
-        .collect()
-}
 
 /// The columns before the pose.
 const NAMED: &[Column<GraspRow>] = columns![id, object, scale, hand];

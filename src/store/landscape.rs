@@ -30,8 +30,8 @@ use serde_json::{Value, json};
 
 use super::atomic::AtomicFolder;
 use super::columns::Columns;
-use super::error::{Fault, StoreError, Warning};
-use super::grasps::{GraspFile, term_column};
+use super::error::{Fault, StoreError};
+use super::grasps::GraspFile;
 use super::machine::Machine;
 use super::metadata::{HandMetadata, ObjectMetadata, Source, bad, check_version, content_hash};
 use super::overrides::Overrides;
@@ -280,8 +280,7 @@ impl LandscapeFiles {
         read_edges(&read_table(folder, EDGES)?)
     }
 
-    /// The grasps of a finished landscape; `None` if it does not hold them, as a landscape of a surface or of an earlier
-    /// version.
+    /// The grasps of a finished landscape; `None` for a landscape of a surface.
     ///
     /// # Errors
     /// If the table is damaged, altered, or of another landscape or version.
@@ -312,24 +311,6 @@ impl LandscapeFiles {
         let path = folder.join(MANIFEST);
         let bytes = fs::read(&path).map_err(StoreError::io("read", &path))?;
         Ok(content_hash(&[&bytes]))
-    }
-
-    /// Warnings about a landscape that can be read.
-    ///
-    /// # Errors
-    /// If the folder is not a landscape.
-    pub fn warnings(folder: &Path) -> Result<Vec<Warning>, StoreError> {
-        let (manifest, checksums) = read_manifest(folder)?;
-        let mut warnings = Vec::new();
-        if checksums.is_none() {
-            warnings.push(Warning::NoChecksums(folder.join(MANIFEST)));
-        }
-        let unknown = unknown(folder, &manifest)?;
-        if !unknown.is_empty() {
-            let path = folder.to_path_buf();
-            warnings.push(Warning::Unknown { path, unknown });
-        }
-        Ok(warnings)
     }
 
     fn path_columns(&self) -> Columns {
@@ -442,8 +423,8 @@ impl Checksums {
     }
 }
 
-/// The manifest of a finished landscape and its checksums, which older landscapes do not have.
-fn read_manifest(folder: &Path) -> Result<(Manifest, Option<Checksums>), StoreError> {
+/// The manifest of a finished landscape and its checksums.
+fn read_manifest(folder: &Path) -> Result<(Manifest, Checksums), StoreError> {
     let path = folder.join(MANIFEST);
     let unfinished = || StoreError::Unfinished(folder.to_path_buf());
     let bytes = fs::read(&path).map_err(|source| match source.kind() {
@@ -459,74 +440,21 @@ fn read_manifest(folder: &Path) -> Result<(Manifest, Option<Checksums>), StoreEr
     check_version(&path, &document)?;
     let unusable = |error: serde_json::Error| bad(&path, error.to_string());
     let listed = (document.as_object_mut()).and_then(|document| document.remove(CHECKSUMS));
-    let checksums: Option<Checksums> = listed
-        .map(serde_json::from_value)
-        .transpose()
-        .map_err(unusable)?;
-    if let Some(checksums) = &checksums
-        && checksums.0.get(MANIFEST) != Some(&content_hash(&[&pretty(&document)]))
-    {
+    let Some(listed) = listed else {
+        return Err(StoreError::Altered(path));
+    };
+    let checksums: Checksums = serde_json::from_value(listed).map_err(unusable)?;
+    if checksums.0.get(MANIFEST) != Some(&content_hash(&[&pretty(&document)])) {
         return Err(StoreError::Altered(path));
     }
     let manifest = serde_json::from_value(document).map_err(unusable)?;
     Ok((manifest, checksums))
 }
 
-/// What the manifest and the tables hold beside what is read.
-fn unknown(folder: &Path, manifest: &Manifest) -> Result<Vec<String>, StoreError> {
-    let path = folder.join(MANIFEST);
-    let bytes = fs::read(&path).map_err(StoreError::io("read", &path))?;
-    let mut document: Value =
-        serde_json::from_slice(&bytes).map_err(|error| bad(&path, error.to_string()))?;
-    if let Some(document) = document.as_object_mut() {
-        for known in ["format", "schema_version", CHECKSUMS] {
-            document.remove(known);
-        }
-    }
-    let mut unknown = Vec::new();
-    let read: Result<Manifest, serde_json::Error> =
-        serde_ignored::deserialize(document, |entry| unknown.push(entry.to_string()));
-    read.map_err(|error| bad(&path, error.to_string()))?;
-    let terms: Vec<String> = manifest
-        .terms
-        .iter()
-        .map(|name| term_column(name))
-        .collect();
-    for (name, known) in [
-        (
-            MINIMA,
-            names(&[MINIMUM])
-                .chain(["labels", "label_counts"])
-                .collect::<Vec<_>>(),
-        ),
-        (EDGES, names(&[EDGE, WAYS]).collect()),
-        (
-            PATHS,
-            names(&[PATH])
-                .chain(terms.iter().map(String::as_str))
-                .collect(),
-        ),
-    ] {
-        let table = read_table(folder, name)?;
-        let others = table.names().filter(|column| !known.contains(column));
-        unknown.extend(others.map(|column| format!("{column} in {name}")));
-    }
-    Ok(unknown)
-}
-
-fn names<'a, Row>(lists: &'a [&'static [row::Column<Row>]]) -> impl Iterator<Item = &'a str> + 'a {
-    lists
-        .iter()
-        .flat_map(|list| list.iter().map(|column| column.name))
-}
-
 /// Whether the landscape in `folder` has this table or lists it.
 pub(super) fn has_table(folder: &Path, name: &str) -> Result<bool, StoreError> {
     let (_, checksums) = read_manifest(folder)?;
-    Ok(
-        checksums.is_some_and(|checksums| checksums.0.contains_key(name))
-            || folder.join(name).exists(),
-    )
+    Ok(checksums.0.contains_key(name) || folder.join(name).exists())
 }
 
 /// Opens a table of this version that belongs to the landscape in `folder`.
@@ -534,9 +462,7 @@ pub(super) fn read_table(folder: &Path, name: &str) -> Result<Table, StoreError>
     let path = folder.join(name);
     let (_, checksums) = read_manifest(folder)?;
     let bytes = fs::read(&path).map_err(StoreError::io("read", &path))?;
-    if let Some(checksums) = checksums {
-        checksums.check(folder, name, &bytes)?;
-    }
+    checksums.check(folder, name, &bytes)?;
     let table = Table::of_bytes(&path, bytes)?;
     let head = table.metadata.as_deref().unwrap_or_default();
     check_version(&path, &serde_json::from_str(head).unwrap_or_default())?;

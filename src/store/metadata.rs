@@ -71,9 +71,8 @@ pub struct HandMetadata {
     pub limits_rad: Vec<[f64; 2]>,
     /// Number of surface points. Contacts are indices of these points.
     pub surface_points: usize,
-    /// [`content_hash`] of the surface points, rounded to micrometres; `None` in files of older versions.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub surface_hash: Option<String>,
+    /// [`content_hash`] of the surface points, rounded to micrometres.
+    pub surface_hash: String,
     /// Description file and the files that belong to it.
     pub description: Vec<TextFile>,
     /// [`content_hash`] of everything the hand was built from.
@@ -90,10 +89,9 @@ impl HandMetadata {
         self.notes.iter().map(told)
     }
 
-    /// Whether both describe the same hand with the same surface points. Files of older versions do not tell the points.
+    /// Whether both describe the same hand with the same surface points.
     pub fn is_same_hand(&self, other: &Self) -> bool {
-        let points = self.surface_hash.as_ref().zip(other.surface_hash.as_ref());
-        self.content_hash == other.content_hash && points.is_none_or(|(one, other)| one == other)
+        self.content_hash == other.content_hash && self.surface_hash == other.surface_hash
     }
 }
 
@@ -145,17 +143,15 @@ impl Metadata {
         serde_json::to_string(self).map_err(|error| bad(path, error.to_string()))
     }
 
-    /// Reads the output of [`Metadata::to_json`], and tells which entries are unknown. `path` is named in errors.
-    pub(super) fn from_json(path: &Path, text: &str) -> Result<(Self, Vec<String>), StoreError> {
+    /// Reads the output of [`Metadata::to_json`]. `path` is named in errors.
+    pub(super) fn from_json(path: &Path, text: &str) -> Result<Self, StoreError> {
         let value: serde_json::Value =
             serde_json::from_str(text).map_err(|error| bad(path, error.to_string()))?;
         check_version(path, &value)?;
-        let mut unknown = Vec::new();
         let metadata: Self =
-            serde_ignored::deserialize(value, |entry| unknown.push(entry.to_string()))
-                .map_err(|error: serde_json::Error| bad(path, error.to_string()))?;
+            serde_json::from_value(value).map_err(|error| bad(path, error.to_string()))?;
         metadata.check(path)?;
-        Ok((metadata, unknown))
+        Ok(metadata)
     }
 
     /// Checks conditions that the types do not guarantee.

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use super::error::{StoreError, Warning, list};
-use super::grasps::{GraspFile, GraspRow, TERM, unknown_columns};
+use super::grasps::{GraspFile, GraspRow, TERM};
 use super::metadata::{HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION};
 use super::table::{TEXT, Table};
 use crate::hand::HandFiles;
@@ -108,12 +108,7 @@ pub(super) fn describe(
     let Some(json) = &table.metadata else {
         return foreign(path, table, overrides);
     };
-    let (mut metadata, mut unknown) = Metadata::from_json(path, json)?;
-    unknown.extend(unknown_columns(table, &metadata));
-    if !unknown.is_empty() {
-        let path = path.to_path_buf();
-        warnings.push(Warning::Unknown { path, unknown });
-    }
+    let mut metadata = Metadata::from_json(path, json)?;
     if let Some(hand) = overrides.hand {
         let known: Vec<&str> = names_of_hands(&metadata).collect();
         match place(path, table, "hand", &hand.name, &known)? {

@@ -116,7 +116,7 @@ impl HandMetadata {
         metadata.joint_names = hand.joints.iter().map(|joint| joint.name.clone()).collect();
         metadata.limits_rad = hand.joints.iter().map(|joint| joint.limits_rad).collect();
         metadata.surface_points = hand.surface.len();
-        metadata.surface_hash = Some(surface_hash(&hand));
+        metadata.surface_hash = surface_hash(&hand);
         metadata.notes.clone_from(&hand.notes);
         Ok(metadata)
     }
@@ -159,11 +159,7 @@ impl HandMetadata {
             let hand = self.name.clone();
             return Err(RebuildError::OtherSize { hand, told, found });
         }
-        if self
-            .surface_hash
-            .as_ref()
-            .is_some_and(|told| *told != surface_hash(&hand))
-        {
+        if self.surface_hash != surface_hash(&hand) {
             return Err(RebuildError::OtherPoints(self.name.clone()));
         }
         Ok(hand)

@@ -52,8 +52,7 @@ impl EarlierLandscape {
     /// Reads the folder of a landscape that `landscape build` made.
     ///
     /// # Errors
-    /// If the folder is no landscape or damaged; if it was made without its grasps (by an earlier version, or from a
-    /// surface), or by sequential ADELM, whose result depends on the order of arrival.
+    /// If the folder is no landscape or damaged; if it was made from a surface, or by sequential ADELM, whose result depends on the order of arrival.
     pub fn read(folder: &Path) -> Result<Self, StudyError> {
         let name = folder.display().to_string();
         let files = LandscapeFiles::read(folder)?;
@@ -64,7 +63,7 @@ impl EarlierLandscape {
             return Err(StudyError::Sequential(name));
         }
         let grasps = LandscapeFiles::grasps(folder)?;
-        let grasps = grasps.ok_or_else(|| StudyError::WithoutGrasps(name.clone()))?;
+        let grasps = grasps.ok_or_else(|| StudyError::NotOfGrasps(name.clone()))?;
         let settings = serde_json::from_value(files.manifest.settings.clone());
         let settings = settings.map_err(|source| StudyError::MapSettings {
             landscape: name,

@@ -74,12 +74,6 @@ pub enum StudyError {
         /// The other.
         b: u64,
     },
-    /// A landscape was made without its grasps.
-    #[error(
-        "{0} contains no grasps.parquet, because an earlier version made it: build it once more from its grasps, then others \
-         can be added"
-    )]
-    WithoutGrasps(String),
     /// A landscape was made by sequential ADELM.
     #[error(
         "{0} was made by sequential ADELM, whose result depends on the order of the grasps: nothing can be added to it"

@@ -234,7 +234,7 @@ fn what_cannot_grow_is_refused_in_one_sentence() {
         "build g.parquet --onto order.landscape",
         &["order.landscape was made by sequential ADELM"],
     );
-    // A landscape of an earlier version has no grasps.
+    // A landscape whose grasps were taken away.
     let old = landscape();
     let bare = desk.path("bare.landscape");
     fs::create_dir(&bare).unwrap();

@@ -49,10 +49,10 @@ pub struct Epsilon {
 /// Wᵢ = { (f, σ xᵢ × f) : f = cᵢ + μ (cos(2πk/m) t₁ + sin(2πk/m) t₂), k = 0 … m−1 }
 /// ```
 ///
-/// xᵢ: arms, cᵢ: inward unit normals, m: `cone_edges`, σ: `torque_scale`. The sum of all
-/// *normal* forces is one (the L₁ limit of Ferrari and Canny), and the distance is L₂ over (force, torque), dimensionless. The first edge points to the contact farthest off the
-/// normal, so that ε does not depend on the frame. If the origin is outside W, the formula
-/// gives minus its distance from W. If W is flat and contains the origin, or without contacts, ε is zero.
+/// xᵢ: arms, cᵢ: inward unit normals, m: `cone_edges`, σ: `torque_scale`. The sum of all *normal* forces is one (the L₁ limit
+/// of Ferrari and Canny), and the distance is L₂ over (force, torque), dimensionless. The first edge points to the contact
+/// farthest off the normal, so that ε does not depend on the frame. If the origin is outside W, the formula gives minus its
+/// distance from W. If W is flat and contains the origin, or without contacts, ε is zero.
 ///
 /// For the pyramids the result is exact to about 10⁻¹⁰ of the largest wrench; bodies thinner than 10⁻⁹ of it count as flat.
 /// The pyramids are inscribed, so ε is at most that of the round cones. It takes about 1 ms for four contacts with eight

@@ -20,7 +20,7 @@ use landscape::object::neural::{Specs, Tensors};
 use landscape::object::{Assembly, Description};
 use landscape::store::exchange::{self, JointColumns, Mapping};
 use landscape::store::{
-    GraspFile, Journal, LandscapeFiles, Overrides, StationaryRow, read_attempts,
+    GraspFile, Journal, LandscapeFiles, Overrides, StationaryRow, content_hash, read_attempts,
 };
 use landscape::study::NetworkOfStates;
 use landscape::topography::exchange::{Database, points, points_of_text, read_points};
@@ -319,9 +319,37 @@ fn landscape_with(name: &str, bytes: &[u8], folder: &Path) -> Result<(), String>
         }
     }
     fs::write(folder.join(name), bytes).unwrap();
+    list_checksums(folder);
     let files = LandscapeFiles::read(folder).map_err(|error| error.to_string())?;
     told(StationaryRow::read(folder))?;
     told(read_attempts(folder, &files))
+}
+
+/// Lets the manifest in `folder`, if it is one, list the checksums of the tables as they are. Otherwise no reader would go
+/// beyond them.
+fn list_checksums(folder: &Path) {
+    let path = folder.join("landscape.json");
+    let Ok(mut manifest) = serde_json::from_slice::<serde_json::Value>(&fs::read(&path).unwrap())
+    else {
+        return;
+    };
+    let Some(entries) = manifest.as_object_mut() else {
+        return;
+    };
+    entries.remove("checksums");
+    let mut checksums = serde_json::Map::new();
+    for file in fs::read_dir(folder).unwrap() {
+        let file = file.unwrap().path();
+        let name = file.file_name().unwrap().to_str().unwrap();
+        if name.ends_with(".parquet") {
+            let bytes = fs::read(&file).unwrap();
+            checksums.insert(name.to_owned(), content_hash(&[&bytes]).into());
+        }
+    }
+    let own = content_hash(&[format!("{manifest:#}\n").as_bytes()]);
+    checksums.insert("landscape.json".to_owned(), own.into());
+    manifest["checksums"] = checksums.into();
+    fs::write(path, format!("{manifest:#}\n")).unwrap();
 }
 
 /// Complete records are read, the rest is cut off, and the journal can be continued.
