@@ -305,7 +305,7 @@ fn faults_are_found_where_they_are() {
         ("<joint/><replicate/>", ["<replicate>", "not read"]),
         (
             "<include file=\"away.xml\"/>",
-            ["<include> \"away.xml\"", "alone"],
+            ["<include> \"away.xml\"", "not among the files"],
         ),
         ("<include/>", ["<include>", "file is missing"]),
         ("<joint></body>", ["hand", "not XML"]),

@@ -141,8 +141,8 @@ mod tests {
     #[test]
     fn mistakes_name_their_line() {
         let refused = |text: &str| given_labels(text).unwrap_err().to_string();
-        assert!(refused("id,type\n").contains("no column `label`"));
-        assert!(refused("").contains("no column `id`"));
+        assert!(refused("id,type\n").contains("column `label` is missing"));
+        assert!(refused("").contains("column `id` is missing"));
         assert!(refused("id,label\n3,Ring\n4,Prismatic\n").contains("line 3"));
         assert!(refused("id,label\n4,Prismatic\n").contains("Prismatic 2 Finger"));
         assert!(refused("id,label\n4,??\n").contains("1 to 33"));

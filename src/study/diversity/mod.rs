@@ -229,8 +229,8 @@ fn single_kinds(
     // With 95 % confidence, a share that n draws miss is at most 3/n.
     let (set, grasps) = single?;
     Some(format!(
-        "all {grasps} grasps of {} are of one kind by {}, so its interval has no width; others may make up {:.0} % of its \
-         source",
+        "all {grasps} grasps of {} are of one kind by {}, so its interval has no width; up to {:.0} % of its \
+         source may be of other kinds",
         set.name,
         of.name(),
         300.0 / grasps as f64
