@@ -187,7 +187,12 @@ fn turns(literal: &str) -> Vec<&'static str> {
 fn faults(files: &BTreeMap<String, String>) -> (usize, Vec<String>) {
     let mut tests = Vec::new();
     let mut all = Vec::new();
-    for (path, source) in files.iter().filter(|(path, _)| path.ends_with(".rs")) {
+    let is_rust = |path: &str| {
+        Path::new(path)
+            .extension()
+            .is_some_and(|ending| ending == "rs")
+    };
+    for (path, source) in files.iter().filter(|(path, _)| is_rust(path)) {
         let folder = path.strip_suffix("mod.rs").map_or_else(
             || format!("{}/", path.trim_end_matches(".rs")),
             str::to_owned,

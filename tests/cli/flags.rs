@@ -202,7 +202,7 @@ fn the_wrong_kind_of_file() {
     let sentence = desk.early_mistake("hands inspect ball.obj");
     assert_says(
         &sentence,
-        &["ball.obj", "no description of a hand", "URDF or MJCF"],
+        &["ball.obj", "not a description of a hand", "URDF or MJCF"],
     );
     for line in [
         "diff g.parquet g.parquet",
