@@ -302,7 +302,7 @@ fn mistakes_in_contacts() {
     let second = |contact: &str| format!(r#"{{"contacts": [{CONTACT}, {contact}]}}"#);
     let help = "landscape inspect --help";
     let cases: Vec<(String, Vec<&str>)> = vec![
-        ("{".into(), vec!["no contacts", help, "line 1"]),
+        ("{".into(), vec!["not a list of contacts", help, "line 1"]),
         ("{}".into(), vec!["missing field `contacts`", help]),
         (format!("[{CONTACT}]"), vec!["list", "\"contacts\"", help]),
         (r#"{"contacts": []}"#.into(), vec!["it has no contacts"]),
