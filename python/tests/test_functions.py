@@ -289,7 +289,7 @@ def test_wrong_arguments_are_told():
         ls.explore(camel)
     with pytest.raises(ls.InputError, match="low < high"):
         ls.explore(camel, box=([1, 1], [-1, -1]))
-    with pytest.raises(ls.InputError, match="no minimum 9"):
+    with pytest.raises(ls.InputError, match="minimum 9 does not exist"):
         ls.explore("muller-brown").path(0, 9)
     with pytest.raises(ls.NothingFoundError):
         ls.map(lambda x: (float((x**2).sum()), 2 * x), [[1.0], [0.5]])
