@@ -324,7 +324,22 @@ fn a_stiff_valley_is_not_claimed_to_be_complete() {
     let found = valley.search_with(&settings);
     assert!(!is_false(&found, valley.known()), "{:?}", found.coverage);
     let limits = found.limits.unwrap();
-    assert!(limits.leave_few() && limits.rises > 0, "{limits:?}");
+    assert!(limits.few().is_some() && limits.rises > 0, "{limits:?}");
+}
+
+/// At each end of this valley a minimum and a saddle are so close together that their curvatures are below 10⁻⁶ of the walls',
+/// which is the accuracy of a Hessian. The search cannot find them and must not claim that nothing is missing.
+#[test]
+fn a_minimum_and_a_saddle_that_merge_are_doubted() {
+    let valley = Valley::random(95);
+    for seed in 0..8 {
+        let found = valley.search(seed);
+        assert!(
+            !is_false(&found, valley.known()),
+            "{seed}: {:?}",
+            found.coverage
+        );
+    }
 }
 
 /// A valley whose bottom is level within the tolerances is one minimum that is not isolated, whatever the seed.
@@ -359,9 +374,10 @@ fn a_hundred_stiff_valleys_are_claimed_by_none_that_misses_points() {
             let valley = Valley::random(*id);
             let (found, known) = (valley.search(*id), valley.known());
             println!(
-                "valley {id}: {known:?}, found {:?}, {:?}, {:?}",
+                "valley {id}: {known:?}, found {:?}, {:?}, {:?}, {:?}",
                 [found.minima.len(), found.saddles.len()],
                 found.limits,
+                found.search_ends,
                 (
                     found.coverage.sure,
                     found.coverage.doubt,

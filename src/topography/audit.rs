@@ -255,6 +255,7 @@ fn is_level(
             tolerance: settings.gradient_tolerance,
             longest: reach,
             saturation: 10.0 * reach,
+            level: f64::INFINITY,
             difference: settings.difference,
             steps: STEPS,
             kicks: 0,

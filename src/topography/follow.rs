@@ -25,6 +25,9 @@ pub(super) struct Following<'a> {
     pub(super) longest: f64,
     /// Length at which the step along one mode saturates, in scaled tangents.
     pub(super) saturation: f64,
+    /// Where the curvature of the uphill mode has no sign, the search goes on if the slope there matters more than any such
+    /// curvature over this length, in scaled tangents. If it is infinite, the search ends there.
+    pub(super) level: f64,
     /// Step of the finite differences of gradients, in scaled tangents.
     pub(super) difference: f64,
     pub(super) steps: usize,
@@ -39,8 +42,18 @@ pub(super) struct Following<'a> {
     pub(super) known: &'a dyn Fn(&[f64], f64) -> Option<usize>,
 }
 
+impl Following<'_> {
+    /// Whether neither the curvature nor the slope along the mode leads anywhere. Between a minimum and a saddle the curvature
+    /// vanishes and the slope does not; where a fragment moves off, both do.
+    fn is_level(&self, modes: &Modes, mode: usize, gradient: &[f64]) -> bool {
+        let flat = modes.flat();
+        let slope = dot(gradient, &modes.tangents[mode]).abs();
+        modes.curvatures[mode].abs() <= flat && slope / self.level <= flat
+    }
+}
+
 /// Reason why a search found no saddle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) enum Lost {
     /// It reached a known saddle.
     Known(usize),
@@ -52,6 +65,8 @@ pub(super) enum Lost {
     Steps,
     /// It converged to a point of another index.
     Index,
+    /// It converged to a point of this energy where one curvature is too small to have a sign and all others are positive.
+    Undecided(Vec<f64>, f64),
     /// The curvature of the uphill mode vanished: a fragment moved off to infinity.
     Flat,
 }
@@ -121,6 +136,7 @@ impl Piece<'_> {
                 }
                 match modes.index() {
                     (1, _) => return Ok(self.saddle(here, modes, kicks < settings.kicks)),
+                    (0, 1) => return Err(Lost::Undecided(here.x, here.energy)),
                     (0, _) => return Err(Lost::Index),
                     _ if kicks == 0 => return Err(Lost::Index),
                     _ => {
@@ -139,7 +155,7 @@ impl Piece<'_> {
             if !settings.keeps_mode && modes.curvatures[uphill] > 0.0 && modes.curvatures[0] < 0.0 {
                 uphill = 0;
             }
-            if modes.curvatures[uphill].abs() <= modes.flat() {
+            if settings.is_level(&modes, uphill, &here.gradient) {
                 return Err(Lost::Flat);
             }
             let reached = uphill == 0 && modes.index().0 == 1;
@@ -262,6 +278,7 @@ mod tests {
             tolerance,
             longest: 0.1,
             saturation: 1.0,
+            level: f64::INFINITY,
             difference: 1e-5,
             steps: 60,
             kicks: 0,

@@ -178,6 +178,7 @@ impl Peak {
                 tolerance: 10.0 * descent.gradient_tolerance,
                 longest: settings.max_step,
                 saturation: settings.saturation,
+                level: f64::INFINITY,
                 difference: 1e-4 * settings.max_step,
                 steps: settings.refinement_steps,
                 // A path along a mirror plane of the surface may peak at a point of higher index, with a pass beside it.

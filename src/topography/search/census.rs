@@ -1,7 +1,7 @@
 //! The distinct minima and saddles found so far, and how often each saddle was met.
 
 use super::coverage::{Counts, Coverage, Doubt};
-use super::flat::{Bottom, same_bottom, same_saddle};
+use super::flat::{Bottom, is_of_bottom, same_bottom, same_saddle};
 use super::outcome::{Outcome, SearchEnd};
 use super::{Exploration, Limits, SearchSettings};
 use crate::energy::Energy;
@@ -138,6 +138,8 @@ pub(super) struct Census {
     search_ends: BTreeMap<SearchEnd, usize>,
     pub(super) searches: usize,
     pub(super) last_new: usize,
+    /// Points that may be minima, saddles or neither, and their energies.
+    undecided: Vec<(Vec<f64>, f64)>,
     unfinished: usize,
     evaluations: usize,
 }
@@ -178,6 +180,7 @@ impl Census {
             search_ends: BTreeMap::new(),
             searches: 0,
             last_new: 0,
+            undecided: Vec::new(),
             unfinished: 0,
             evaluations: 0,
         }
@@ -203,6 +206,13 @@ impl Census {
         self.by_energy[0]
             .near(energy, self.sameness.energy)
             .find(|k| space.within(&self.minima[*k].x, x, self.sameness.distance))
+    }
+
+    /// Whether `x` belongs to the bottom of a known minimum.
+    fn is_of_minimum(&self, energy: &dyn Energy, x: &[f64], height: f64) -> bool {
+        let alike = self.by_energy[0].near(height, self.sameness.energy);
+        let mut alike = alike.map(|k| (self.minima[k].x.as_slice(), self.minima[k].energy));
+        alike.any(|known| is_of_bottom(energy, (x, height), known, &self.audit))
     }
 
     /// The known minimum at `x`; a new one that passes its audit is added. All points of a flat bottom are represented by the
@@ -273,6 +283,13 @@ impl Census {
         }
         self.unfinished += usize::from(unfinished);
         let mut fate = outcome.fate;
+        if let Some((x, height)) = outcome.undecided {
+            fate = SearchEnd::Index;
+            if !self.is_of_minimum(energy, &x, height) {
+                fate = SearchEnd::Undecided;
+                self.undecided.push((x, height));
+            }
+        }
         if let Some(known) = outcome.known {
             self.hit(known, 1);
         }
@@ -445,7 +462,7 @@ impl Census {
     }
 
     /// The reason, if any, why completeness cannot be claimed.
-    fn doubt(&self, stopped: bool, limits: &Limits) -> Option<Doubt> {
+    fn doubt(&self, energy: &dyn Energy, stopped: bool, limits: &Limits) -> Option<Doubt> {
         let audits = (self.minima.iter().map(|known| &known.audit))
             .chain(self.saddles.iter().map(|found| &found.audit));
         let components = self.components();
@@ -463,7 +480,10 @@ impl Census {
             .any(|component| *component != components[0])
         {
             Some(Doubt::Apart)
-        } else if limits.leave_few() && !self.saddles.is_empty() {
+        } else if (self.undecided.iter()).any(|(x, height)| !self.is_of_minimum(energy, x, *height))
+        {
+            Some(Doubt::Undecided)
+        } else if limits.few().is_some() && !self.saddles.is_empty() {
             Some(Doubt::Few)
         } else if stopped {
             Some(Doubt::Stopped)
@@ -496,7 +516,7 @@ impl Census {
             unfinished: self.unfinished,
             hits: &hits,
             draws: &draws,
-            doubt: self.doubt(stopped, &limits),
+            doubt: self.doubt(energy, stopped, &limits),
         });
         let order = self.order();
         let mut number = vec![0; order.len()];

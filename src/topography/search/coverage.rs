@@ -19,6 +19,9 @@ pub enum Doubt {
     /// One minimum was met, and no saddle. Numbers of hits then say nothing of others, and descents exclude only large basins
     /// ([`Coverage::undrawn_share_below`]).
     Alone,
+    /// Searches ended at points that are stationary within the tolerances, with one curvature too small to have a sign: minima
+    /// and saddles that are close together cannot be told apart there.
+    Undecided,
     /// Descents ended at kinks, which are not smooth minima.
     Kinks,
     /// Few searches ended at a saddle, as on stiff surfaces: saddles may be missing that are hardly ever met.

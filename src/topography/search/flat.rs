@@ -98,6 +98,19 @@ pub(super) fn same_bottom<'a>(
     Some(*number)
 }
 
+/// Whether a point belongs to the bottom of a minimum of nearly its energy: it lies within the tolerance of distance, or the energy
+/// on the line between them does not rise above the higher one.
+pub(super) fn is_of_bottom(
+    energy: &dyn Energy,
+    point: (&[f64], f64),
+    minimum: (&[f64], f64),
+    settings: &AuditSettings,
+) -> bool {
+    let ground = Ground { energy, settings };
+    (energy.space()).within(point.0, minimum.0, settings.sameness.distance)
+        || ground.is_level(point, minimum)
+}
+
 /// The known saddle, if any, of which the saddle `new` is another point; `known` are those of nearly its energy with their
 /// numbers. Where curvatures vanish, searches end anywhere near the saddle. The energy on the line between two such ends
 /// neither rises nor falls.

@@ -31,6 +31,8 @@ pub struct Limits {
     pub cut: usize,
     /// Those that ended at a saddle, wherever they began.
     pub arrived: usize,
+    /// Of all searches, the number that ended at a saddle, and the number of all.
+    pub whole: [usize; 2],
 }
 
 impl Limits {
@@ -39,9 +41,13 @@ impl Limits {
         CUT * self.cut >= self.searches && self.cut > self.arrived
     }
 
-    /// Whether so few searches ended at a saddle that their numbers of hits tell nothing of other saddles.
-    pub fn leave_few(&self) -> bool {
-        FEW * self.arrived < self.searches
+    /// The number of searches that ended at a saddle, and of how many, if these are so few that numbers of hits say nothing of
+    /// other saddles: since the limits last rose, or of all.
+    pub fn few(&self) -> Option<[usize; 2]> {
+        let counts = [[self.arrived, self.searches], self.whole];
+        counts
+            .into_iter()
+            .find(|[arrived, all]| FEW * arrived < *all)
     }
 }
 
@@ -80,8 +86,12 @@ impl Limit {
 
     pub(super) fn note(&mut self, start: Start, end: SearchEnd) {
         self.counts.searches += 1;
+        self.counts.whole[1] += 1;
         match end {
-            SearchEnd::Arrived => self.counts.arrived += 1,
+            SearchEnd::Arrived => {
+                self.counts.arrived += 1;
+                self.counts.whole[0] += 1;
+            }
             SearchEnd::Steps | SearchEnd::Evaporated => {
                 self.counts.cut += 1;
                 if start != Start::Random {
@@ -105,6 +115,7 @@ impl Limit {
         self.counts = Limits {
             steps: self.settings.steps,
             rises: self.counts.rises + 1,
+            whole: self.counts.whole,
             ..Limits::default()
         };
         std::mem::take(&mut self.again)

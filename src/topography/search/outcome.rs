@@ -15,6 +15,9 @@ pub enum SearchEnd {
     Evaporated,
     /// At a stationary point of another index.
     Index,
+    /// At a point that is stationary within the tolerances, where one curvature is too small to have a sign and no known minimum
+    /// lies. Minima and saddles that are close together cannot be told apart there.
+    Undecided,
     /// The curvature of the uphill mode vanished: a fragment moved off to infinity.
     Flat,
     /// Far above all known stationary points.
@@ -32,6 +35,7 @@ impl SearchEnd {
             Self::Arrived => "arrived",
             Self::Evaporated => "evaporated",
             Self::Index => "index",
+            Self::Undecided => "undecided",
             Self::Flat => "flat",
             Self::High => "high",
             Self::Steps => "steps",
@@ -47,6 +51,7 @@ impl SearchEnd {
             Self::Index => {
                 "at a point that is neither a minimum nor a saddle, or back at a minimum"
             }
+            Self::Undecided => "where a minimum and a saddle cannot be told apart",
             Self::Flat => "where the surface is flat along the way up",
             Self::High => "far above all points found",
             Self::Steps => "at the limit of steps",
@@ -66,6 +71,8 @@ pub(super) struct Outcome {
     pub(super) branches: Vec<Crossing>,
     /// The end of the descent from a random point.
     pub(super) drawn: Option<QuenchRecord>,
+    /// Where it ended and the energy there, if one curvature is too small there to have a sign.
+    pub(super) undecided: Option<(Vec<f64>, f64)>,
     /// Whether that descent ended where the gradient does not vanish.
     pub(super) unfinished: bool,
     pub(super) evaluations: usize,

@@ -62,6 +62,7 @@ impl Searcher<'_> {
             found: None,
             branches: Vec::new(),
             drawn: None,
+            undecided: None,
             unfinished: false,
             evaluations: 0,
         };
@@ -69,6 +70,7 @@ impl Searcher<'_> {
             tolerance: self.settings.quench.gradient_tolerance,
             longest: place.longest,
             saturation: SATURATION * self.settings.length,
+            level: PUSH * self.settings.length,
             // Bold steps may cross regions where the curvature changes, but finite differences must not.
             difference: DIFFERENCE * place.longest.min(self.settings.length),
             steps: self.settings.steps,
@@ -90,6 +92,7 @@ impl Searcher<'_> {
                     Lost::High => outcome.fate = SearchEnd::High,
                     Lost::Steps => outcome.fate = SearchEnd::Steps,
                     Lost::Index => outcome.fate = SearchEnd::Index,
+                    Lost::Undecided(x, height) => outcome.undecided = Some((x, height)),
                     Lost::Flat => outcome.fate = SearchEnd::Flat,
                 }
                 return outcome;
