@@ -105,7 +105,10 @@ fn divided(summary: &str, name: &str) -> [String; 2] {
                 text.push('\n');
             }
             if line.starts_with("# ") {
-                let _ = writeln!(text, "\nThe objects of each hand: [{name}.csv]({name}.csv).");
+                let _ = writeln!(
+                    text,
+                    "\nThe objects of each hand: [{name}.csv]({name}.csv)."
+                );
             }
         } else if columns.is_empty() {
             text += line;
