@@ -135,61 +135,37 @@ pub(crate) fn percent(share: f64) -> String {
     }
 }
 
-/// Two cells of a table: the share and its interval.
-pub(crate) fn with_interval(share: Share) -> String {
-    let [low, high] = share.interval;
-    if share.value.is_nan() {
-        return "– | –".to_owned();
+/// A share in percent with its interval, or a dash.
+fn with_interval(Share { value, interval }: Share) -> String {
+    if value.is_nan() {
+        return percent(value);
     }
-    format!(
-        "{} | {} to {}",
-        percent(share.value),
-        percent(low),
-        percent(high)
-    )
+    let [low, high] = interval.map(percent);
+    format!("{} ({low} to {high})", percent(value))
 }
 
-/// Rows of one view, and the calibration error of its scores.
-fn rows(View { name, cases, .. }: &View<'_>) -> String {
-    let types = types_of(cases, 1);
-    let mut text = format!(
-        "\n## {name}\n\n{} grasps of {} objects, {} types.\n\n\
-         | % | per grasp | 95 % interval | mean over types | 95 % interval | always the commonest |\n\
-         |---|---|---|---|---|---|\n",
-        cases.len(),
-        count_of(cases, |case| case.object.clone()),
-        types.len(),
-    );
-    for measure in Measure::ALL {
-        let common = commonest(cases, measure);
+/// How far the scores of each view are from the shares that are right.
+fn probabilities(views: &[View<'_>]) -> String {
+    let mut text = "\n## Probabilities\n\n\
+         The calibration error of the type's score, and what it would be of exact probabilities: on average, and exceeded in one \
+         set of twenty.\n\n\
+         | grasps | number | objects | types | error | 95 % interval | exact, average | exact, one of twenty |\n\
+         |---|---|---|---|---|---|---|---|\n"
+        .to_owned();
+    for View { short, cases, .. } in views {
+        let Share {
+            value,
+            interval: [low, high],
+        } = over_objects(cases, &|cases| calibration_error(&reliability(cases)));
+        let [mean, rare] = error_by_chance(cases);
         let _ = writeln!(
             text,
-            "| {} | {} | {} | {} |",
-            measure.name(),
-            with_interval(over_objects(cases, &|cases| per_grasp(cases, measure))),
-            with_interval(over_objects(cases, &|cases| {
-                per_type(cases, measure, &types)
-            })),
-            percent(common.unwrap_or(f64::NAN)),
+            "| {short} | {} | {} | {} | {value:.3} | {low:.3} to {high:.3} | {mean:.3} | {rare:.3} |",
+            cases.len(),
+            count_of(cases, |case| case.object.clone()),
+            types_of(cases, 1).len(),
         );
     }
-    let frequent = types_of(cases, FREQUENT);
-    let mean = |cases: &[&Case]| per_type(cases, Measure::Type, &frequent);
-    let _ = writeln!(
-        text,
-        "| type, over types of at least {FREQUENT} grasps | – | – | {} | – |",
-        with_interval(over_objects(cases, &mean))
-    );
-    let Share {
-        value,
-        interval: [low, high],
-    } = over_objects(cases, &|cases| calibration_error(&reliability(cases)));
-    let [mean, rare] = error_by_chance(cases);
-    let _ = writeln!(
-        text,
-        "\nCalibration error of the type's score: {value:.3} ({low:.3} to {high:.3}). Of exact probabilities it would be \
-         {mean:.3} on average, and above {rare:.3} in one set of twenty."
-    );
     text
 }
 
@@ -267,29 +243,32 @@ fn error_by_chance(cases: &[&Case]) -> [f64; 2] {
     ]
 }
 
-/// One row for each set, and one for the commonest answer.
+/// Three rows for each view: all, the commonest answer, and those whose label agrees with contact.
 fn summary(views: &[View<'_>]) -> String {
     let mut text = "\n## In short\n\n| % of grasps | grasps |".to_owned();
     for measure in Measure::ALL {
         let _ = write!(text, " {} |", measure.name());
     }
     text += "\n|---|---|---|---|---|---|---|---|---|\n";
-    let mut row = |name: &str, cases: &[&Case], share: &dyn Fn(Measure) -> f64| {
-        let _ = write!(text, "| {name} | {} |", cases.len());
-        for measure in Measure::ALL {
-            let _ = write!(text, " {} |", percent(share(measure)));
-        }
-        text.push('\n');
+    let mut row = |name: &str, cases: &[&Case], cell: &dyn Fn(Measure) -> String| {
+        let cells = Measure::ALL.map(cell);
+        let _ = writeln!(text, "| {name} | {} | {} |", cases.len(), cells.join(" | "));
     };
     for view in views {
         let (all, agree, short) = (&view.cases, view.agreeing(), view.short);
-        row(&view.name, all, &|measure| per_grasp(all, measure));
-        let common = |measure| commonest(all, measure).unwrap_or(f64::NAN);
-        row(&format!("always the commonest, {short}"), all, &common);
+        row(&view.name, all, &|measure| share_right(all, measure));
+        row(&format!("always the commonest, {short}"), all, &|measure| {
+            percent(commonest(all, measure).unwrap_or(f64::NAN))
+        });
         let name = format!("label agrees with contact, {short}");
-        row(&name, &agree, &|measure| per_grasp(&agree, measure));
+        row(&name, &agree, &|measure| share_right(&agree, measure));
     }
     text
+}
+
+/// The share of cases that are right, in percent with its interval.
+fn share_right(cases: &[&Case], measure: Measure) -> String {
+    with_interval(over_objects(cases, &|cases| per_grasp(cases, measure)))
 }
 
 /// The report and the CSV of the types. With `whole`, the report has the targets and what limits the rule.
@@ -317,7 +296,7 @@ pub(crate) fn report(
         text += &limits::limits(&views);
         text += &pairs::near_pairs(&views);
     }
-    text.extend(views.iter().map(rows));
+    text += &probabilities(&views);
     let mut csv =
         "grasps,number,type,grasps of it,cell right,type right,answered,taken for\n".to_owned();
     csv.extend(views.iter().map(types));
