@@ -133,9 +133,9 @@ fn described() -> BTreeMap<String, Vec<Field>> {
 fn is_of(kind: &str, value: &Value) -> bool {
     kind.split(" or ").any(|kind| match kind {
         "number" => value.is_number(),
-        "whole number" => value.is_u64(),
+        "integer" => value.is_u64(),
         "text" => value.is_string(),
-        "true" | "false" => value.is_boolean(),
+        "boolean" => value.is_boolean(),
         "null" => value.is_null(),
         "list" => value.is_array(),
         "object" => value.is_object(),
