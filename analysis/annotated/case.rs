@@ -19,33 +19,6 @@ pub(crate) struct Case {
     pub(crate) x: Vec<f64>,
     /// The rule's label.
     pub(crate) label: Label,
-    /// What each of [`Who::LEARNERS`] gets right; empty where there is none.
-    pub(crate) learned: Vec<Learned>,
-}
-
-/// For each of [`Measure::ALL`] whether a learner is right, `None` where it gives no answer.
-pub(crate) type Learned = [Option<bool>; Measure::ALL.len()];
-
-/// Who names the grasps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Who {
-    Rule,
-    /// Multinomial logistic regression on the facts of the rule (`learner.rs`).
-    Regression,
-    /// Extremely randomised trees on gaps and joint angles (`trees.rs`).
-    Trees,
-}
-
-impl Who {
-    pub(crate) const LEARNERS: [Self; 2] = [Self::Regression, Self::Trees];
-
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Rule => "rule",
-            Self::Regression => "learner",
-            Self::Trees => "second learner",
-        }
-    }
 }
 
 /// What is compared with the person's type.
@@ -116,14 +89,6 @@ impl Case {
 
     fn found_opposition(&self) -> Option<Opposition> {
         Some(self.found()?.opposition)
-    }
-
-    /// Whether an answer is right in this respect; `None` where nobody answers.
-    pub(crate) fn right_by(&self, who: Who, measure: Measure) -> Option<bool> {
-        match Who::LEARNERS.iter().position(|learner| *learner == who) {
-            None => Some(self.right(measure)),
-            Some(place) => self.learned.get(place)?[measure as usize],
-        }
     }
 
     /// Whether the label is right in this respect. The best guess counts, even where the label is less precise; `Unlisted`

@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 
 use crate::Failure;
 use crate::case::{Case, Measure};
-use crate::people::{Model, hand_of, mesh_of};
+use crate::people::{hand_of, mesh_of};
 
 /// Number of disagreements, and the most of one object.
 const COUNT: usize = 10;
@@ -95,7 +95,7 @@ fn chosen(cases: &[Case]) -> Vec<&Case> {
 /// Draws the disagreements among these cases and writes the table beside the picture, `stem` without ending.
 pub(crate) fn write(cases: &[Case], people: &Path, stem: &Path, rule: &str) -> Result<(), Failure> {
     let chosen = chosen(cases);
-    let hand = hand_of(people, Model::Mano)?;
+    let hand = hand_of(people)?;
     let skin = hand.skin();
     let mut images: Vec<Image> = Vec::new();
     let mut captions = Vec::new();

@@ -1,18 +1,16 @@
-//! Labels of the rule for grasps that people posed and named → `figures/annotated_grasps.md` and `.png`
+//! Labels of the rule for grasps that people posed and named → `figures/annotated_grasps.md`, `.png` and `.csv`
 //!
-//! `LANDSCAPE_TEST_DATA=FOLDER cargo run --release --example annotated -- [--looked-at] [--human] [--rule RULE.toml]
+//! `LANDSCAPE_TEST_DATA=FOLDER cargo run --release --example annotated -- [--looked-at] [--rule RULE.toml]
 //! [--explain ID …] [--output STEM]`
 //!
 //! The folder holds `ycb_affordance` (grasps, objects and the hand), `taxonomy` (templates of the types) and
 //! `hands/shadow_dexonomy` (the hand of the templates). None of this is part of the project, and no number of the rule is
 //! fitted to it. One third of the objects was not looked at before the rule was final (`people.rs`); `--looked-at` leaves it
-//! out, and with it the targets and what limits the rule. `--human` uses the poses that were fitted to our human hand.
+//! out, and with it the targets and what limits the rule.
 
 mod case;
 mod contact;
 mod disagreements;
-mod learner;
-mod learners;
 mod limits;
 mod pairs;
 mod people;
@@ -21,13 +19,12 @@ mod reliability;
 mod report;
 mod targets;
 mod templates;
-mod trees;
 
 use std::path::{Path, PathBuf};
 
-use case::{Case, Measure};
+use case::Case;
 use landscape::evaluation::taxonomy::{Rule, explain};
-use people::{Model, UNSEEN};
+use people::UNSEEN;
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 
@@ -40,7 +37,7 @@ struct Set {
 }
 
 fn main() -> Result<(), Failure> {
-    let (mut looked_at, mut model) = (false, Model::Mano);
+    let mut looked_at = false;
     let mut explained: Vec<String> = Vec::new();
     let mut rule = Rule::standard().clone();
     let mut output = PathBuf::from("figures/annotated_grasps");
@@ -49,7 +46,6 @@ fn main() -> Result<(), Failure> {
         let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
         match argument.as_str() {
             "--looked-at" => looked_at = true,
-            "--human" => model = Model::Human,
             "--rule" => rule = Rule::parse(&std::fs::read_to_string(value()?)?)?,
             "--explain" => explained.push(value()?),
             "--output" => output = PathBuf::from(value()?),
@@ -57,7 +53,7 @@ fn main() -> Result<(), Failure> {
         }
     }
     let data = std::env::var_os("LANDSCAPE_TEST_DATA").ok_or("LANDSCAPE_TEST_DATA is not set")?;
-    let mut sets = sets(Path::new(&data), model, &rule, !looked_at)?;
+    let sets = sets(Path::new(&data), &rule, !looked_at)?;
     for case in sets.iter().flat_map(|set| &set.cases) {
         if explained.iter().any(|id| *id == case.id || id == "all") {
             println!(
@@ -69,60 +65,30 @@ fn main() -> Result<(), Failure> {
             );
         }
     }
-    let people = Path::new(&data).join("ycb_affordance");
-    let mut learned = learned(&sets).into_iter();
-    for case in sets
-        .iter_mut()
-        .filter(|set| set.posed_by_people)
-        .flat_map(|set| &mut set.cases)
-    {
-        case.learned = learned.next().unwrap_or_default();
-    }
-    let other_hand = if looked_at || model == Model::Human {
-        None
-    } else {
-        Some(people::cases(&people, Model::Human, &rule, |_| true)?)
-    };
-    let report = report::report(&sets, other_hand.as_deref(), &rule.version)?;
-    std::fs::write(output.with_extension("md"), &report)?;
+    let (text, types) = report::report(&sets, !looked_at, &rule.version)?;
+    std::fs::write(output.with_extension("md"), text)?;
+    std::fs::write(output.with_extension("csv"), types)?;
     picture::picture(&sets).save(&output.with_extension("png"))?;
-    if model == Model::Mano {
-        let stem = output.with_file_name("annotated_disagreements");
-        disagreements::write(&sets[0].cases, &people, &stem, &rule.version)?;
-    }
-    Ok(())
+    let people = Path::new(&data).join("ycb_affordance");
+    let stem = output.with_file_name("annotated_disagreements");
+    disagreements::write(&sets[0].cases, &people, &stem, &rule.version)
 }
 
-/// What the learners get right of people's grasps.
-fn learned(sets: &[Set]) -> Vec<Vec<case::Learned>> {
-    let people = sets.iter().filter(|set| set.posed_by_people);
-    let all: Vec<&Case> = people.flat_map(|set| &set.cases).collect();
-    let regression = learner::leave_one_object_out(&all);
-    let trees = Measure::ALL.map(|measure| trees::leave_one_object_out(&all, measure));
-    let of_case = |(place, case): (usize, &&Case)| {
-        vec![
-            Measure::ALL.map(|measure| regression.right(place, case.truth, measure)),
-            Measure::ALL.map(|measure| Some(trees[measure as usize].as_ref()?[place])),
-        ]
-    };
-    all.iter().enumerate().map(of_case).collect()
-}
-
-fn sets(data: &Path, model: Model, rule: &Rule, whole: bool) -> Result<Vec<Set>, Failure> {
+fn sets(data: &Path, rule: &Rule, whole: bool) -> Result<Vec<Set>, Failure> {
     let people = data.join("ycb_affordance");
     let unseen = |object: &str| UNSEEN.contains(&object);
     let mut sets = vec![Set {
         name: "People's grasps, objects that were looked at".to_owned(),
-        short: "looked at",
+        short: "seen",
         posed_by_people: true,
-        cases: people::cases(&people, model, rule, |object| !unseen(object))?,
+        cases: people::cases(&people, rule, |object| !unseen(object))?,
     }];
     if whole {
         sets.push(Set {
             name: "People's grasps, objects that were not looked at".to_owned(),
-            short: "third",
+            short: "unseen",
             posed_by_people: true,
-            cases: people::cases(&people, model, rule, unseen)?,
+            cases: people::cases(&people, rule, unseen)?,
         });
     }
     sets.push(Set {

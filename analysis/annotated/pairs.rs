@@ -28,9 +28,9 @@ fn near(a: &Case, b: &Case) -> bool {
 pub(crate) fn near_pairs(views: &[View<'_>]) -> String {
     let mut text = format!(
         "\n## Nearly equal grasps: what a second annotator might decide\n\n\
-         Nobody named these grasps a second time. The only measured hint is grasps of one object that are nearly the same: \
-         joints within {JOINTS_RAD} rad (root mean square), and palm and bones within {GAPS_MM:.0} mm of the same distance to \
-         the object (mean). The columns tell how many of these pairs have the same label.\n\n\
+         Nobody named these grasps a second time. Pairs of one object are nearly the same: joints within {JOINTS_RAD} rad (root \
+         mean square), and palm and bones within {GAPS_MM:.0} mm of the same distance to the object (mean). Their labels give an \
+         upper bound of the agreement of two people, because the same person probably named both.\n\n\
          | grasps | pairs | grasps in pairs | same category, % | same cell, % | same type, % | same parts touch, % |\n\
          |---|---|---|---|---|---|---|\n"
     );
@@ -60,9 +60,5 @@ pub(crate) fn near_pairs(views: &[View<'_>]) -> String {
             share(&|a, b| touch(a) == touch(b)),
         );
     }
-    text += "\nThis is an upper bound and not an agreement between two people. Each grasp has one annotator, most pairs were \
-             probably posed and named by the same one as variants of one grasp, and a person who changes a pose by so little \
-             hardly means to change its name. It shows that people's names do not vary by chance; whether a second person \
-             would call a can held by fingertips a Large Diameter grasp, it does not show.\n";
     text
 }

@@ -33,7 +33,6 @@ const SEED: &str = "25";
 #[derive(Deserialize)]
 struct File {
     mano_joints: Vec<String>,
-    human_joints: Vec<String>,
     grasps: Vec<Annotated>,
 }
 
@@ -43,7 +42,6 @@ struct Annotated {
     object: String,
     label: u8,
     mano: Posed,
-    human: Posed,
     gap_mm: BTreeMap<String, f64>,
     touching: BTreeSet<usize>,
     label_agrees_with_contact: bool,
@@ -72,15 +70,6 @@ struct Posed {
     joints: Vec<f64>,
 }
 
-/// Which hand holds the object in the files.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Model {
-    /// The MANO-like hand of the annotators, with the poses as they made them.
-    Mano,
-    /// Our human hand, with poses that were fitted to theirs.
-    Human,
-}
-
 /// The third of these objects that is not looked at: see [`UNSEEN`].
 pub(crate) fn third_not_looked_at(objects: &[String]) -> Vec<String> {
     let hash = |name: &str| {
@@ -99,18 +88,14 @@ pub(crate) fn third_not_looked_at(objects: &[String]) -> Vec<String> {
 /// Labels of the grasps of a folder: those of the objects that `wanted` chooses.
 pub(crate) fn cases(
     folder: &Path,
-    model: Model,
     rule: &Rule,
     wanted: impl Fn(&str) -> bool + Sync,
 ) -> Result<Vec<Case>, Failure> {
     let file: File = serde_json::from_str(&std::fs::read_to_string(folder.join("grasps.json"))?)?;
-    let hand = hand_of(folder, model)?;
-    let order = match model {
-        Model::Mano => &file.mano_joints,
-        Model::Human => &file.human_joints,
-    };
+    let hand = hand_of(folder)?;
     let places = hand.joints.iter().map(|joint| {
-        let place = order.iter().position(|name| *name == joint.name);
+        let mut order = file.mano_joints.iter();
+        let place = order.position(|name| *name == joint.name);
         place.ok_or_else(|| format!("no angle of {}", joint.name))
     });
     let places: Vec<usize> = places.collect::<Result<_, _>>()?;
@@ -127,10 +112,7 @@ pub(crate) fn cases(
         let object = Object::load(mesh_of(folder, name)?)?;
         let labeller = Labeller::new(&hand, &object, rule);
         let case = |grasp: &&Annotated| {
-            let posed = match model {
-                Model::Mano => &grasp.mano,
-                Model::Human => &grasp.human,
-            };
+            let posed = &grasp.mano;
             let mut x = posed.t.to_vec();
             x.extend(posed.q_wxyz);
             x.extend(places.iter().map(|&place| posed.joints[place]));
@@ -150,7 +132,6 @@ pub(crate) fn cases(
                 agrees,
                 label: labeller.label(&x),
                 x,
-                learned: Vec::new(),
             })
         };
         grasps.iter().map(case).collect()
@@ -159,12 +140,10 @@ pub(crate) fn cases(
     Ok(all.into_iter().flatten().collect())
 }
 
-/// The hand that holds the object.
-pub(crate) fn hand_of(folder: &Path, model: Model) -> Result<Hand, Failure> {
-    Ok(match model {
-        Model::Mano => Hand::from_files(&HandFiles::load(&folder.join("hand/mano_ycba.xml"))?)?,
-        Model::Human => Hand::human(),
-    })
+/// The MANO-like hand of the annotators, with which they posed.
+pub(crate) fn hand_of(folder: &Path) -> Result<Hand, Failure> {
+    let files = HandFiles::load(&folder.join("hand/mano_ycba.xml"))?;
+    Ok(Hand::from_files(&files)?)
 }
 
 pub(crate) fn mesh_of(folder: &Path, object: &str) -> Result<std::path::PathBuf, Failure> {

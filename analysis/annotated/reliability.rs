@@ -46,13 +46,3 @@ pub(crate) fn calibration_error(bins: &[Bin]) -> f64 {
         .map(|bin| bin.count as f64 * (bin.score - bin.right).abs());
     missed.sum::<f64>() / all.max(1) as f64
 }
-
-/// A table of the bins that hold answers: their mean probability, the share that is right, and their number.
-pub(crate) fn table(probability: &str, counted: &str, bins: &[Bin]) -> String {
-    let rows = bins.iter().filter(|bin| bin.count > 0);
-    let rows = rows.map(|bin| format!("| {:.2} | {:.2} | {} |\n", bin.score, bin.right, bin.count));
-    format!(
-        "| {probability} | right | {counted} |\n|---|---|---|\n{}",
-        rows.collect::<String>()
-    )
-}

@@ -8,9 +8,9 @@ use landscape::evaluation::taxonomy::Taxonomy;
 use landscape::sample::{Task, stream};
 use rand::RngExt;
 
-use crate::case::{Case, Measure, Who};
-use crate::reliability::{Bin, calibration_error, reliability as curve, table};
-use crate::{Failure, Set, learners, limits, pairs, targets};
+use crate::case::{Case, Measure};
+use crate::reliability::{Bin, calibration_error, reliability as curve};
+use crate::{Failure, Set, limits, pairs, targets};
 
 const DRAWS: usize = 2000;
 const SEED: u64 = 25;
@@ -90,23 +90,15 @@ pub(crate) fn over_objects(cases: &[&Case], statistic: Statistic<'_>) -> Share {
 
 /// The share of cases that are right.
 pub(crate) fn per_grasp(cases: &[&Case], measure: Measure) -> f64 {
-    told(cases, Who::Rule, measure)
+    let right = cases.iter().filter(|case| case.right(measure)).count();
+    right as f64 / cases.len() as f64
 }
 
-/// The share of cases that somebody names right; NaN where there is no answer.
-pub(crate) fn told(cases: &[&Case], who: Who, measure: Measure) -> f64 {
-    let right = cases.iter().map(|case| case.right_by(who, measure));
-    let right: Option<Vec<bool>> = right.collect();
-    right.map_or(f64::NAN, |right| {
-        right.iter().filter(|right| **right).count() as f64 / cases.len() as f64
-    })
-}
-
-/// The mean over these types, as far as they occur, of the share that somebody names right.
-pub(crate) fn per_type(cases: &[&Case], who: Who, measure: Measure, types: &[u8]) -> f64 {
+/// The mean over these types, as far as they occur, of the share of cases that are right.
+pub(crate) fn per_type(cases: &[&Case], measure: Measure, types: &[u8]) -> f64 {
     let shares = types.iter().filter_map(|number| {
         let own: Vec<&Case> = of_type(cases, *number);
-        (!own.is_empty()).then(|| told(&own, who, measure))
+        (!own.is_empty()).then(|| per_grasp(&own, measure))
     });
     let shares: Vec<f64> = shares.collect();
     shares.iter().sum::<f64>() / shares.len() as f64
@@ -143,51 +135,37 @@ pub(crate) fn percent(share: f64) -> String {
     }
 }
 
-/// Two cells of a table: the share and its interval.
-pub(crate) fn with_interval(share: Share) -> String {
-    let [low, high] = share.interval;
-    if share.value.is_nan() {
-        return "– | –".to_owned();
+/// A share in percent with its interval, or a dash.
+fn with_interval(Share { value, interval }: Share) -> String {
+    if value.is_nan() {
+        return percent(value);
     }
-    format!(
-        "{} | {} to {}",
-        percent(share.value),
-        percent(low),
-        percent(high)
-    )
+    let [low, high] = interval.map(percent);
+    format!("{} ({low} to {high})", percent(value))
 }
 
-/// Rows of one set of cases.
-fn rows(name: &str, cases: &[&Case]) -> String {
-    let types = types_of(cases, 1);
-    let mut text = format!(
-        "\n## {name}\n\n{} grasps of {} objects, {} types.\n\n\
-         | % | per grasp | 95 % interval | mean over types | 95 % interval | always the commonest |\n\
-         |---|---|---|---|---|---|\n",
-        cases.len(),
-        count_of(cases, |case| case.object.clone()),
-        types.len(),
-    );
-    for measure in Measure::ALL {
-        let common = commonest(cases, measure);
+/// How far the scores of each view are from the shares that are right.
+fn probabilities(views: &[View<'_>]) -> String {
+    let mut text = "\n## Probabilities\n\n\
+         The calibration error of the type's score, and what it would be of exact probabilities: on average, and exceeded in one \
+         set of twenty.\n\n\
+         | grasps | number | objects | types | error | 95 % interval | exact, average | exact, one of twenty |\n\
+         |---|---|---|---|---|---|---|---|\n"
+        .to_owned();
+    for View { short, cases, .. } in views {
+        let Share {
+            value,
+            interval: [low, high],
+        } = over_objects(cases, &|cases| calibration_error(&reliability(cases)));
+        let [mean, rare] = error_by_chance(cases);
         let _ = writeln!(
             text,
-            "| {} | {} | {} | {} |",
-            measure.name(),
-            with_interval(over_objects(cases, &|cases| per_grasp(cases, measure))),
-            with_interval(over_objects(cases, &|cases| {
-                per_type(cases, Who::Rule, measure, &types)
-            })),
-            percent(common.unwrap_or(f64::NAN)),
+            "| {short} | {} | {} | {} | {value:.3} | {low:.3} to {high:.3} | {mean:.3} | {rare:.3} |",
+            cases.len(),
+            count_of(cases, |case| case.object.clone()),
+            types_of(cases, 1).len(),
         );
     }
-    let frequent = types_of(cases, FREQUENT);
-    let mean = |cases: &[&Case]| per_type(cases, Who::Rule, Measure::Type, &frequent);
-    let _ = writeln!(
-        text,
-        "| type, over types of at least {FREQUENT} grasps | – | – | {} | – |",
-        with_interval(over_objects(cases, &mean))
-    );
     text
 }
 
@@ -196,21 +174,16 @@ fn count_of(cases: &[&Case], of: impl Fn(&Case) -> String) -> usize {
     names.len()
 }
 
-/// For each type: its grasps, how many are named right, what it is taken for, and how precise the answer is.
-fn types(cases: &[&Case]) -> String {
-    let mut text =
-        "\n| type | grasps | cell right | type right | answered | precision | taken for |\n|---|---|---|---|---|---|---|\n"
-            .to_owned();
+/// Rows of the CSV: for each type its grasps, how many are named right, how often it is answered and what it is taken for.
+fn types(View { short, cases, .. }: &View<'_>) -> String {
+    let mut text = String::new();
     for entry in &Taxonomy::feix().types {
-        let own: Vec<&&Case> = (cases.iter())
-            .filter(|case| case.truth.number == entry.number)
-            .collect();
+        let own = of_type(cases, entry.number);
         let answered = answered(cases, entry.number);
         if own.is_empty() && answered == 0 {
             continue;
         }
-        let right = own.iter().filter(|case| case.right(Measure::Type)).count();
-        let cell = own.iter().filter(|case| case.right(Measure::Cell)).count();
+        let right = |measure| own.iter().filter(|case| case.right(measure)).count();
         let mut taken: BTreeMap<&str, usize> = BTreeMap::new();
         for case in own.iter().filter(|case| !case.right(Measure::Type)) {
             let found = case.found_type().map_or("nothing", |found| &found.name);
@@ -221,18 +194,15 @@ fn types(cases: &[&Case]) -> String {
         let taken: Vec<String> = (taken.iter())
             .map(|(name, count)| format!("{name} ×{count}"))
             .collect();
-        let precision = if answered == 0 {
-            "–".to_owned()
-        } else {
-            format!("{:.0} %", 100.0 * right as f64 / answered as f64)
-        };
         let _ = writeln!(
             text,
-            "| {} {} | {} | {cell} | {right} | {answered} | {precision} | {} |",
+            "{short},{},{},{},{},{},{answered},{}",
             entry.number,
             entry.name,
             own.len(),
-            taken.join(", ")
+            right(Measure::Cell),
+            right(Measure::Type),
+            taken.join("; ")
         );
     }
     text
@@ -251,20 +221,6 @@ pub(crate) fn reliability(cases: &[&Case]) -> Vec<Bin> {
         Some((best.score, case.right(Measure::Type)))
     });
     curve(answered).to_vec()
-}
-
-fn calibration(name: &str, cases: &[&Case]) -> String {
-    let Share {
-        value,
-        interval: [low, high],
-    } = over_objects(cases, &|cases| calibration_error(&reliability(cases)));
-    let [mean, rare] = error_by_chance(cases);
-    format!(
-        "\n## {name}: probabilities and types\n\nExpected calibration error of the type's score: {value:.3} ({low:.3} to \
-         {high:.3}). With so few grasps chance alone makes one: of exact probabilities it would be {mean:.3} on average, and above \
-         {rare:.3} in one set of twenty.\n\n{}",
-        table("score", "grasps", &reliability(cases))
-    )
 }
 
 /// What the calibration error of these scores would be if they were exact, that is, if each answer were right with the
@@ -287,73 +243,62 @@ fn error_by_chance(cases: &[&Case]) -> [f64; 2] {
     ]
 }
 
-/// One row for each set, and one for the commonest answer.
+/// Three rows for each view: all, the commonest answer, and those whose label agrees with contact.
 fn summary(views: &[View<'_>]) -> String {
     let mut text = "\n## In short\n\n| % of grasps | grasps |".to_owned();
     for measure in Measure::ALL {
         let _ = write!(text, " {} |", measure.name());
     }
     text += "\n|---|---|---|---|---|---|---|---|---|\n";
-    let mut row = |name: &str, cases: &[&Case], share: &dyn Fn(Measure) -> f64| {
-        let _ = write!(text, "| {name} | {} |", cases.len());
-        for measure in Measure::ALL {
-            let _ = write!(text, " {} |", percent(share(measure)));
-        }
-        text.push('\n');
+    let mut row = |name: &str, cases: &[&Case], cell: &dyn Fn(Measure) -> String| {
+        let cells = Measure::ALL.map(cell);
+        let _ = writeln!(text, "| {name} | {} | {} |", cases.len(), cells.join(" | "));
     };
     for view in views {
         let (all, agree, short) = (&view.cases, view.agreeing(), view.short);
-        row(&view.name, all, &|measure| per_grasp(all, measure));
-        let common = |measure| commonest(all, measure).unwrap_or(f64::NAN);
-        row(&format!("always the commonest, {short}"), all, &common);
-        for who in Who::LEARNERS.into_iter().filter(|_| view.posed_by_people) {
-            let name = who.name();
-            row(&format!("{name}, {short}"), all, &|measure| {
-                told(all, who, measure)
-            });
-            let name = format!("{name}, label agrees with contact, {short}");
-            row(&name, &agree, &|measure| told(&agree, who, measure));
-        }
+        row(&view.name, all, &|measure| share_right(all, measure));
+        row(&format!("always the commonest, {short}"), all, &|measure| {
+            percent(commonest(all, measure).unwrap_or(f64::NAN))
+        });
         let name = format!("label agrees with contact, {short}");
-        row(&name, &agree, &|measure| per_grasp(&agree, measure));
+        row(&name, &agree, &|measure| share_right(&agree, measure));
     }
     text
 }
 
-/// The whole report. `other_hand` holds people's grasps on our human hand.
+/// The share of cases that are right, in percent with its interval.
+fn share_right(cases: &[&Case], measure: Measure) -> String {
+    with_interval(over_objects(cases, &|cases| per_grasp(cases, measure)))
+}
+
+/// The report and the CSV of the types. With `whole`, the report has the targets and what limits the rule.
 pub(crate) fn report(
     sets: &[Set],
-    other_hand: Option<&[Case]>,
+    whole: bool,
     version: &str,
-) -> Result<String, Failure> {
+) -> Result<(String, String), Failure> {
     let mut text = format!(
         "# Labels of grasps that people posed and named\n\n`LANDSCAPE_TEST_DATA=… cargo run --release --example annotated`, \
-         rule {version}.\n\nRight: the rule's best guess, also where its label is only a cell or a category. Intervals: 95 %, \
-         from {DRAWS} resamplings of the objects, each with all its grasps. *Agrees with contact*: all of both virtual fingers \
-         touch, the palm exactly where the type needs it, and no other finger, but for helping ones of the type. *Always the \
-         commonest*: the share that the commonest class of these very grasps would get. *Learner* and *second learner*: see \
-         below; each grasp is named by a model of people's grasps of all other objects, which learns the habits of the \
-         annotators, too. *Third*: the objects that were not looked at. *Mean over types*: a type of a single object is absent \
-         from many resamplings, so these intervals do not lie evenly about their mean.\n"
+         rule {version}. [annotated_grasps.csv](annotated_grasps.csv) has each type.\n\n\
+         - *Seen* objects were looked at while the rule was made, *unseen* ones were not.\n\
+         - *Right*: the rule's best guess, also where its label is only a cell or a category.\n\
+         - *Agrees with contact*: all of both virtual fingers touch, the palm exactly where the type needs it, and no other \
+         finger except helping ones of the type.\n\
+         - *Always the commonest*: the share that the commonest class of these grasps would get.\n\
+         - Intervals: 95 %, from {DRAWS} resamplings of the objects, each with all its grasps.\n"
     );
     let views = View::of_all(sets);
-    if other_hand.is_some() {
+    if whole {
         text += &targets::targets(&views)?;
     }
     text += &summary(&views);
-    text += &learners::learners(&views);
-    if let Some(other_hand) = other_hand {
-        text += &limits::limits(&views, other_hand);
+    if whole {
+        text += &limits::limits(&views);
         text += &pairs::near_pairs(&views);
     }
-    for view in &views {
-        text += &rows(&view.name, &view.cases);
-        text += &rows(
-            &format!("{}, label agrees with contact", view.name),
-            &view.agreeing(),
-        );
-        text += &calibration(&view.name, &view.cases);
-        text += &types(&view.cases);
-    }
-    Ok(text)
+    text += &probabilities(&views);
+    let mut csv =
+        "grasps,number,type,grasps of it,cell right,type right,answered,taken for\n".to_owned();
+    csv.extend(views.iter().map(types));
+    Ok((text, csv))
 }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use landscape::evaluation::taxonomy::Taxonomy;
 
 use crate::Failure;
-use crate::case::{Case, Measure, Who};
+use crate::case::{Case, Measure};
 use crate::reliability::calibration_error;
 use crate::report::{FREQUENT, View, answered, per_grasp, per_type, reliability, types_of};
 
@@ -113,7 +113,7 @@ fn frequent_types(cases: &[&Case]) -> Option<Measured> {
         .iter()
         .filter(|case| types.contains(&case.truth.number));
     let grasps = grasps.count();
-    let value = per_type(cases, Who::Rule, Measure::Type, &types);
+    let value = per_type(cases, Measure::Type, &types);
     let kinds = if types.len() == 1 { "type" } else { "types" };
     (!types.is_empty()).then(|| Measured {
         value,
@@ -160,8 +160,7 @@ fn met(bound: Bound, values: &[(&str, Option<f64>)]) -> String {
 
 fn of_people(views: &[&View<'_>], agreeing: bool) -> String {
     let mut text =
-        "\n| target | bound | looked at | third | all | met? |\n|---|---|---|---|---|---|\n"
-            .to_owned();
+        "\n| target | bound | seen | unseen | all | met? |\n|---|---|---|---|---|---|\n".to_owned();
     for target in targets_for_people() {
         let bound = if agreeing {
             target.agreeing
@@ -180,7 +179,7 @@ fn of_people(views: &[&View<'_>], agreeing: bool) -> String {
             Some(found) => found.text.clone(),
             None => "no such type".to_owned(),
         };
-        let values: Vec<(&str, Option<f64>)> = ["looked at", "third", "all"]
+        let values: Vec<(&str, Option<f64>)> = ["seen", "unseen", "all"]
             .into_iter()
             .zip(
                 measured
@@ -291,27 +290,23 @@ fn of_fixtures() -> Result<String, Failure> {
     Ok(text)
 }
 
-/// The section on targets. The third must be among the views.
+/// The section on targets. The unseen objects must be among the views.
 pub(crate) fn targets(views: &[View<'_>]) -> Result<String, Failure> {
     let (people, others): (Vec<&View<'_>>, Vec<&View<'_>>) =
         views.iter().partition(|view| view.posed_by_people);
     let mut text = "\n## Targets, met or not\n\n\
-         *Looked at*: 19 objects, opened from the first day, 24 November 2026. *Third*: ten objects, not opened until the rule was \
-         final; judged once on 24 November 2026, opened again on that evening for the learner and for an exponent of the \
-         probabilities that was not adopted, on 26 November 2026 for what limits the rule and for the second learner, and three \
-         times on 27 November 2026, for the calibration error of an exponent that was fitted to fixtures, for the interval of this \
-         error, and for its most certain answers. Its labels have not changed since it was first opened. *All*: both together. The half of people's grasps that others hold \
-         is not at hand, so nothing is said of it.\n\nAll grasps, whether their label agrees with contact or not:\n"
+         The ten unseen objects were not opened until the rule was final. They judged it on 24 November 2026, and were opened again \
+         until 27 November 2026 for learners, calibration and what limits the rule; their labels have not changed since the first \
+         time. Half of people's grasps are held by others and not judged here.\n\nAll grasps:\n"
         .to_owned();
     text += &of_people(&people, false);
-    text += "\nGrasps whose label agrees with contact, which have higher targets:\n";
+    text += "\nGrasps whose label agrees with contact:\n";
     text += &of_people(&people, true);
-    text += "\nTemplates of the types on the Shadow hand; the other two thirds of them are not at hand:\n";
+    text += "\nTemplates of the types on the Shadow hand:\n";
     for templates in others {
         text += &of_templates(templates);
     }
-    text += "\nFixtures and invented non-grasps have a figure of their own, [taxonomy_confusion.md](taxonomy_confusion.md), from \
-             which these rows are read:\n";
+    text += "\nFixtures and invented non-grasps, from [taxonomy_confusion.md](taxonomy_confusion.md):\n";
     text += &of_fixtures()?;
     Ok(text)
 }

@@ -89,7 +89,6 @@ pub(crate) fn cases(path: &Path, hand: &Path, rule: &Rule) -> Result<Vec<Case>, 
             contact,
             label: label_contacts(rule, &anatomy, &posed, &touches, None),
             x,
-            learned: Vec::new(),
         });
     }
     Ok(cases)

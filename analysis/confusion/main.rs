@@ -1,4 +1,4 @@
-//! Labels of the rule for grasps of known type → `figures/taxonomy_confusion.md` and `.png`
+//! Labels of the rule for grasps of known type → `figures/taxonomy_confusion.md`, `.png` and `.csv`
 //!
 //! `cargo run --release --example confusion -- [--fixtures SET …] [--noise RAD] [--copies
 //! N] [--seed N] [--rule RULE.toml] [--explain] [--output STEM]`
@@ -98,12 +98,11 @@ fn main() -> Result<(), Failure> {
             }
         }
     }
-    let report = report::report(&conditions, &rule);
-    println!("{report}");
-    std::fs::write(output.with_extension("md"), &report)?;
-    // The hardest condition of the last set of fixtures.
-    if let Some(condition) = conditions.get(3 * sets.len() - 2) {
-        picture::picture(condition).save(&output.with_extension("png"))?;
-    }
+    // The last set of fixtures, as posed and in the hardest condition.
+    let shown = &conditions[conditions.len() - 3..conditions.len() - 1];
+    let [text, csv] = report::report(&conditions, shown, &rule);
+    std::fs::write(output.with_extension("md"), text)?;
+    std::fs::write(output.with_extension("csv"), csv)?;
+    picture::picture(&shown[1]).save(&output.with_extension("png"))?;
     Ok(())
 }

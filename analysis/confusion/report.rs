@@ -8,9 +8,11 @@ use landscape::evaluation::taxonomy::{Category, GraspType, Rule, Taxonomy, Verdi
 use crate::Condition;
 use crate::judge::{Outcome, halves, share};
 
-pub(crate) fn report(conditions: &[Condition], rule: &Rule) -> String {
+/// The report, and a CSV of all confusions. The report has those of the conditions that are `shown`.
+pub(crate) fn report(conditions: &[Condition], shown: &[Condition], rule: &Rule) -> [String; 2] {
     let mut text = format!(
-        "# Labels of grasps whose type is known\n\n`cargo run --release --example confusion`, rule {}.\n\
+        "# Labels of grasps whose type is known\n\n`cargo run --release --example confusion`, rule {}. \
+         [taxonomy_confusion.csv](taxonomy_confusion.csv) has all confusions.\n\n\
          Right: the answer is of the true category, cell, type, however precise the label is. *Accepted*: not unlisted. In brackets: \
          accepted and right.\n\n\
          | grasps | count | category | opposition | cell | type | type among best three | accepted | cell only | others | others accepted |\n\
@@ -52,29 +54,70 @@ pub(crate) fn report(conditions: &[Condition], rule: &Rule) -> String {
             told(&others, &Outcome::accepted),
         );
     }
-    let feix = Taxonomy::feix();
-    let types: Vec<String> = feix.types.iter().map(spell).collect();
-    let cells: Vec<String> = feix.cells().iter().map(ToString::to_string).collect();
-    let names = [Category::Power, Category::Intermediate, Category::Precision]
-        .map(|category| category.name().to_owned());
+    let mut csv = "grasps,what,class,number,right,taken for\n".to_owned();
     for condition in conditions {
-        let _ = writeln!(text, "\n## {}\n", condition.name);
-        let tables = [
-            taken_for(condition, "category", &names, &|entry: &GraspType| {
-                entry.category.name().to_owned()
-            }),
-            taken_for(condition, "cell", &cells, &|entry: &GraspType| {
-                entry.cell.clone()
-            }),
-            taken_for(condition, "type", &types, &spell),
-        ];
-        for table in tables {
-            text += &table;
-            text.push('\n');
+        for row in confusions(condition) {
+            let Row { what, class, .. } = row;
+            let [number, right] = row.counts.map_or([String::new(), String::new()], |counts| {
+                counts.map(|count| count.to_string())
+            });
+            let _ = writeln!(
+                csv,
+                "\"{}\",{what},{class},{number},{right},{}",
+                condition.name,
+                row.taken.join("; ")
+            );
         }
-        text += &accepted_others(condition);
     }
-    text
+    for condition in shown {
+        let _ = write!(
+            text,
+            "\n## Wrong answers: {}\n\n| class | grasps | right | taken for |\n|---|---|---|---|\n",
+            condition.name
+        );
+        for row in confusions(condition) {
+            if !row.taken.is_empty() {
+                let counts = row.counts.map_or("– | –".to_owned(), |[number, right]| {
+                    format!("{number} | {right}")
+                });
+                let _ = writeln!(
+                    text,
+                    "| {} | {counts} | {} |",
+                    row.class,
+                    row.taken.join(", ")
+                );
+            }
+        }
+    }
+    [text, csv]
+}
+
+/// What the grasps of one class are taken for.
+struct Row {
+    /// `category`, `cell`, `type` or `outside` the taxonomy.
+    what: &'static str,
+    class: String,
+    /// Number of grasps, and of right answers; `None` outside the taxonomy.
+    counts: Option<[usize; 2]>,
+    /// Wrong answers with their numbers, the commonest first.
+    taken: Vec<String>,
+}
+
+/// Rows of all categories, cells and types, and of poses outside the taxonomy that are given a type.
+fn confusions(condition: &Condition) -> Vec<Row> {
+    let feix = Taxonomy::feix();
+    let categories = [Category::Power, Category::Intermediate, Category::Precision]
+        .map(|category| category.name().to_owned());
+    let cells: Vec<String> = feix.cells().iter().map(ToString::to_string).collect();
+    let types: Vec<String> = feix.types.iter().map(spell).collect();
+    let of_category = |entry: &GraspType| entry.category.name().to_owned();
+    let mut rows = taken_for(condition, "category", &categories, &of_category);
+    rows.extend(taken_for(condition, "cell", &cells, &|entry| {
+        entry.cell.clone()
+    }));
+    rows.extend(taken_for(condition, "type", &types, &spell));
+    rows.extend(accepted_others(condition));
+    rows
 }
 
 fn spell(entry: &GraspType) -> String {
@@ -84,13 +127,13 @@ fn spell(entry: &GraspType) -> String {
 /// Labels given to each class.
 fn taken_for(
     condition: &Condition,
-    head: &str,
+    what: &'static str,
     classes: &[String],
     class: &dyn Fn(&GraspType) -> String,
-) -> String {
+) -> Vec<Row> {
     let feix = Taxonomy::feix();
     let of = |number: Option<u8>| Some(class(feix.numbered(number?)?));
-    let mut text = format!("| {head} | grasps | right | taken for |\n|---|---|---|---|\n");
+    let mut rows = Vec::new();
     for own in classes {
         let mut taken: BTreeMap<String, usize> = BTreeMap::new();
         let mut count = 0;
@@ -107,17 +150,22 @@ fn taken_for(
         let right = taken.remove(own).unwrap_or(0);
         let mut taken: Vec<(String, usize)> = taken.into_iter().collect();
         taken.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
-        let taken: Vec<String> = taken
-            .iter()
-            .map(|(name, count)| format!("{name} ×{count}"))
-            .collect();
-        let _ = writeln!(text, "| {own} | {count} | {right} | {} |", taken.join(", "));
+        rows.push(Row {
+            what,
+            class: own.clone(),
+            counts: Some([count, right]),
+            taken: taken.iter().map(counted).collect(),
+        });
     }
-    text
+    rows
+}
+
+fn counted((name, count): &(String, usize)) -> String {
+    format!("{name} ×{count}")
 }
 
 /// Poses outside the taxonomy that are given a type.
-fn accepted_others(condition: &Condition) -> String {
+fn accepted_others(condition: &Condition) -> Vec<Row> {
     let [_, others] = halves(&condition.outcomes);
     let mut taken: BTreeMap<(&str, &str), usize> = BTreeMap::new();
     for outcome in others.iter().filter(|outcome| outcome.accepted()) {
@@ -125,16 +173,11 @@ fn accepted_others(condition: &Condition) -> String {
             .entry((&outcome.id, outcome.label.text()))
             .or_default() += 1;
     }
-    let taken: Vec<String> = taken
-        .iter()
-        .map(|((id, label), count)| format!("{id} as {label} ×{count}"))
-        .collect();
-    if taken.is_empty() {
-        String::new()
-    } else {
-        format!(
-            "No grasps of the taxonomy, yet accepted: {}.\n",
-            taken.join(", ")
-        )
-    }
+    let row = |((id, label), count): ((&str, &str), usize)| Row {
+        what: "outside",
+        class: id.to_owned(),
+        counts: None,
+        taken: vec![counted(&(label.to_owned(), count))],
+    };
+    taken.into_iter().map(row).collect()
 }

@@ -43,24 +43,17 @@ struct Relaxed {
     value: Costs,
     /// FC and its derivative with respect to all contact points.
     forces: Costs,
-    /// Distances, normals and curvature alone: part of `forces`.
-    answers: Costs,
-    /// Distances and normals as a share of `value`.
-    normals_share: Vec<Share>,
-    /// `answers` as a share of `forces`.
+    /// Distances, normals and curvature as a share of `forces`.
     answers_share: Vec<Share>,
 }
 
 impl Relaxed {
-    /// From the turns of these works, for each of [`CONTACTS`]: value, forces, complete answers of the shape, and distances
-    /// and normals (which may be the third work again).
-    fn of(shape: &'static str, turns: &[Turns], normals: usize) -> Self {
+    /// From the turns of these works, for each of [`CONTACTS`]: value, forces, and complete answers of the shape.
+    fn of(shape: &'static str, turns: &[Turns]) -> Self {
         Self {
             shape,
             value: costs(turns, 0),
             forces: costs(turns, 1),
-            answers: costs(turns, 2),
-            normals_share: turns.iter().map(|turns| turns.share(normals, 0)).collect(),
             answers_share: turns.iter().map(|turns| turns.share(2, 1)).collect(),
         }
     }
@@ -76,8 +69,6 @@ struct Measured {
     relaxed: Vec<Relaxed>,
     /// FC and its derivative on the sphere, with ε so large that the rank condition is active.
     lacking_rank: Costs,
-    /// The part of `forces` on the sphere for the sums over contacts and the rank check.
-    sums: Costs,
     force_closure: Costs,
     least_friction: Costs,
 }
@@ -110,14 +101,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         &test,
         &on_ball,
         clock,
-        &[
-            &|_, touches| lacking.value_and_forces(&ball, touches),
-            // On the ball a point equals its gradient, so this measures no shape.
-            &|points, _| test.value_of(points.iter().map(|&point| (point, 0.0, point))),
-        ],
+        &[&|_, touches| lacking.value_and_forces(&ball, touches)],
     );
-    let (lacking_rank, sums) = (costs(&turns, 4), costs(&turns, 5));
-    let mut relaxed = vec![Relaxed::of("sphere", &turns, 3)];
+    let lacking_rank = costs(&turns, 3);
+    let mut relaxed = vec![Relaxed::of("sphere", &turns)];
     for (name, description) in BOTTLES {
         let bottle = Object::named(name)?;
         let sets: Vec<_> = CONTACTS
@@ -126,7 +113,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .collect();
         let test = RelaxedForceClosure::of_object(&bottle);
         let turns = relaxed_on(description, &*bottle.shape, &test, &sets, clock, &[]);
-        relaxed.push(Relaxed::of(description, &turns, 3));
+        relaxed.push(Relaxed::of(description, &turns));
     }
     relaxed.push(relaxed_on_network(&test, &on_ball, clock)?);
     let contacts = |points: &[Vector3<f64>]| {
@@ -143,7 +130,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let measured = Measured {
         relaxed,
         lacking_rank,
-        sums,
         force_closure: exact(&|points, _| f64::from(is_force_closure(&contacts(points), FRICTION))),
         least_friction: exact(&|points, _| least_friction(&contacts(points))),
     };
@@ -182,7 +168,7 @@ fn sets(contacts: usize) -> usize {
     (2000 / contacts).clamp(4, 64)
 }
 
-/// Turns of the relaxed test: its parts in the order of [`Relaxed::of`], with normals fourth, and `others`.
+/// Turns of the relaxed test: its parts in the order of [`Relaxed::of`], and `others`.
 fn relaxed_on<S: Shape + ?Sized>(
     name: &str,
     shape: &S,
@@ -192,7 +178,7 @@ fn relaxed_on<S: Shape + ?Sized>(
     others: &[Work<'_>],
 ) -> Vec<Turns> {
     eprintln!("relaxed test on {name}");
-    let works: [Work<'_>; 4] = [
+    let works: [Work<'_>; 3] = [
         &|points, _| test.value(shape, points),
         &|_, touches| test.value_and_forces(shape, touches),
         &|_, touches| {
@@ -201,7 +187,6 @@ fn relaxed_on<S: Shape + ?Sized>(
             }
             touches[0].distance_m
         },
-        &|points, _| points.iter().map(|point| shape.gradient(point).1.x).sum(),
     ];
     let works = [&works, others].concat();
     sets.iter().map(|sets| clock.over(sets, &works)).collect()
@@ -247,6 +232,5 @@ fn relaxed_on_network(
         // The places of the points do not change the cost.
         .map(|sets| clock.over(&sets[..4], &works))
         .collect();
-    // A network gives gradient and curvature at once.
-    Ok(Relaxed::of("neural SDF (8 × 512, f32)", &turns, 2))
+    Ok(Relaxed::of("neural SDF (8 × 512, f32)", &turns))
 }

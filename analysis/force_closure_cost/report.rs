@@ -4,7 +4,6 @@ use std::fmt::Write as _;
 
 use super::fit;
 use super::line::Line;
-use super::timing::Share;
 use super::{CONTACTS, Costs, Measured};
 
 /// The authors' code in torch on one CPU thread, changed only for device and eigenvalue solver: value and derivative on the
@@ -13,8 +12,6 @@ pub(crate) const OFFICIAL_S: [f64; 6] =
     [0.537e-3, 0.545e-3, 0.551e-3, 0.550e-3, 0.587e-3, 0.902e-3];
 /// The same per grasp in a batch of 1024.
 pub(crate) const OFFICIAL_BATCH_S: [f64; 6] = [6.94e-6, 7.36e-6, 8.77e-6, 12.3e-6, 33.2e-6, 441e-6];
-/// Number of additions, multiplications, divisions and square roots for a contact on the sphere.
-const OPERATIONS: f64 = 190.0;
 /// Target for three to five contacts on an analytic shape, value and derivative, seconds.
 const TARGET_S: f64 = 1.5e-6;
 
@@ -117,8 +114,8 @@ fn target(text: &mut String, measured: &Measured) {
 
 fn fits(text: &mut String, measured: &Measured) {
     text.push_str(
-        "## Laws\n\nLeast squares over the six n; times in µs. R² is of t, for the power law of log t.\n\n\
-         | test | a log₁₀ n + b | R² | a n + b | R² | power law | R² |\n|---|---|---:|---|---:|---|---:|\n",
+        "## Laws\n\nLeast squares over the six n; times in µs.\n\n\
+         | test | a log₁₀ n + b | R² | a n + b | R² |\n|---|---|---:|---|---:|\n",
     );
     let mut logarithm_wins = Vec::new();
     let mut all: Vec<(String, &Costs)> = Vec::new();
@@ -129,16 +126,13 @@ fn fits(text: &mut String, measured: &Measured) {
     all.push(("least friction".to_owned(), &measured.least_friction));
     for (name, costs) in &all {
         let costs: Vec<f64> = costs.iter().map(|t| 1e6 * t).collect();
-        let [log, line, power] =
-            [fit::logarithm, fit::proportion, fit::power].map(|law| law(&CONTACTS, &costs));
+        let [log, line] = [fit::logarithm, fit::proportion].map(|law| law(&CONTACTS, &costs));
         let sum = |line: &Line, x: &str| format!("{:.3} {x} + {:.3}", line.slope, line.offset);
         let cells = [
             sum(&log, "log n").replace("+ -", "− "),
             format!("{:.4}", log.r_squared),
             sum(&line, "n").replace("+ -", "− "),
             format!("{:.6}", line.r_squared),
-            format!("{:.3} n^{:.2}", libm::pow(10f64, power.offset), power.slope),
-            format!("{:.4}", power.r_squared),
         ];
         row(text, name, cells);
         if log.r_squared > line.r_squared {
@@ -163,67 +157,17 @@ fn fits(text: &mut String, measured: &Measured) {
 
 fn shares(text: &mut String, measured: &Measured) {
     text.push_str(
-        "## Where the time goes\n\nShare of asking the shape: distances and normals for the value; curvature too for the \
-         derivative. The part alone and the whole are timed in turns: median and, in brackets, quartiles of the ratio \
-         within a turn. Where asking is nearly all, the ratio of two timings may exceed 100 % by their noise. The paper \
-         says 80 % for normals.\n\n",
+        "## Where the time goes\n\nShare of asking the shape for distances, normals and curvature in value and derivative: \
+         median and, in brackets, quartiles over the turns. Where asking is nearly all, the ratio of two timings may exceed \
+         100 % by their noise. The paper says 80 % for normals.\n\n",
     );
     head(text, "share");
-    let cells = |shares: &[Share]| -> Vec<String> {
-        let percent = |share: f64| format!("{:.0}", 100.0 * share);
-        shares
-            .iter()
-            .map(|share| {
-                let [lower, median, upper] = [share.lower, share.median, share.upper].map(percent);
-                format!("{median} % ({lower}–{upper})")
-            })
-            .collect()
-    };
     for relaxed in &measured.relaxed {
-        let shape = relaxed.shape;
-        row(
-            text,
-            &format!("{shape}: value"),
-            cells(&relaxed.normals_share),
-        );
-        let name = format!("{shape}: value and derivative");
-        row(text, &name, cells(&relaxed.answers_share));
-    }
-    if let Some(sphere) = measured.relaxed.first() {
-        text.push_str("\nOn the sphere, value and derivative (µs, fastest turns):\n\n");
-        head(text, "part");
-        row(
-            text,
-            "shape: distance, normal, curvature",
-            micro(&sphere.answers),
-        );
-        row(
-            text,
-            "sums over contacts and rank check",
-            micro(&measured.sums),
-        );
-        let rest: Vec<f64> = (0..CONTACTS.len())
-            .map(|k| (sphere.forces[k] - sphere.answers[k] - measured.sums[k]).max(0.0))
-            .collect();
-        row(text, "derivative (the rest)", micro(&rest));
-        let active: Vec<f64> = (0..CONTACTS.len())
-            .map(|k| (measured.lacking_rank[k] - sphere.forces[k]).max(0.0))
-            .collect();
-        row(
-            text,
-            "added by an active rank condition (eigenvectors of a 6 × 6 matrix)",
-            micro(&active),
-        );
-        let per_contact =
-            (sphere.forces[5] - sphere.forces[4]) / (CONTACTS[5] - CONTACTS[4]) as f64;
-        let _ = writeln!(
-            text,
-            "\nA further contact on the sphere costs {:.0} ns, value and derivative. Counted by hand that is about {OPERATIONS} \
-             operations (15 divisions and 4 square roots among them), so {:.1} GFLOP/s of the about 10 that two lanes without \
-             fused multiply-add can reach on a core of 3 GHz. More would take wider vectors, which the rule of the same bits on \
-             every processor forbids to choose at run time.",
-            1e9 * per_contact,
-            1e-9 * OPERATIONS / per_contact
-        );
+        let cells = relaxed.answers_share.iter().map(|share| {
+            let percent = |share: f64| format!("{:.0}", 100.0 * share);
+            let [lower, median, upper] = [share.lower, share.median, share.upper].map(percent);
+            format!("{median} % ({lower}–{upper})")
+        });
+        row(text, relaxed.shape, cells);
     }
 }

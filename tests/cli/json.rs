@@ -93,14 +93,14 @@ const RUNS: [(&str, &str); 41] = [
     ("man", "man pages"),
 ];
 
-/// A row of the page.
+/// A field that the page describes.
 struct Field {
     path: Vec<String>,
     kind: String,
     met: bool,
 }
 
-/// The tables of the page by section.
+/// The fields of the page by section: items such as ``- `a`, `b[].c` (number): meaning``.
 fn described() -> BTreeMap<String, Vec<Field>> {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scripts.md");
     let mut sections: BTreeMap<String, Vec<Field>> = BTreeMap::new();
@@ -108,26 +108,19 @@ fn described() -> BTreeMap<String, Vec<Field>> {
     for line in fs::read_to_string(page).unwrap().lines() {
         if let Some(title) = line.strip_prefix("### ") {
             titles = title.split(", ").map(str::to_owned).collect();
-        } else if let Some(row) = line.strip_prefix("| `") {
-            let (path, rest) = row.split_once('`').unwrap();
-            let kind = rest.split('|').nth(1).unwrap().trim().to_owned();
-            assert!(
-                rest.split('|')
-                    .nth(2)
-                    .is_some_and(|told| told.trim().len() > 3),
-                "{line}"
-            );
-            let path = path.replace("[]", ".[]");
-            let path: Vec<String> = path
-                .split('.')
-                .filter(|part| !part.is_empty())
-                .map(str::to_owned)
-                .collect();
-            for title in &titles {
-                let (path, kind) = (path.clone(), kind.clone());
+        } else if let Some(row) = line.strip_prefix("- `").filter(|_| !titles.is_empty()) {
+            let (paths, rest) = row.split_once("` (").expect(line);
+            let (kind, meaning) = rest.split_once("): ").expect(line);
+            assert!(meaning.len() > 3, "{line}");
+            for (title, path) in titles
+                .iter()
+                .flat_map(|title| paths.split("`, `").map(move |path| (title, path)))
+            {
+                let path = path.replace("[]", ".[]");
+                let path = path.split('.').filter(|part| !part.is_empty());
                 sections.entry(title.clone()).or_default().push(Field {
-                    path,
-                    kind,
+                    path: path.map(str::to_owned).collect(),
+                    kind: kind.to_owned(),
                     met: false,
                 });
             }
@@ -140,9 +133,9 @@ fn described() -> BTreeMap<String, Vec<Field>> {
 fn is_of(kind: &str, value: &Value) -> bool {
     kind.split(" or ").any(|kind| match kind {
         "number" => value.is_number(),
-        "whole number" => value.is_u64(),
+        "integer" => value.is_u64(),
         "text" => value.is_string(),
-        "true" | "false" => value.is_boolean(),
+        "boolean" => value.is_boolean(),
         "null" => value.is_null(),
         "list" => value.is_array(),
         "object" => value.is_object(),
