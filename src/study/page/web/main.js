@@ -7,6 +7,7 @@ import { openExport } from "./export.js";
 import { examples } from "./filter.js";
 import { FlatPanel } from "./flat.js";
 import { GraphPanel } from "./graph.js";
+import { poseLinks } from "./kinematics.js";
 import { LabelSheet } from "./label.js";
 import { Legend } from "./legend.js";
 import { LikenessPanel } from "./likeness.js";
@@ -188,7 +189,7 @@ async function start() {
   change({ labels: true, look: {} });
   refresh();
   // The page from outside, for notebooks (python/python/landscape/widget.py) and the tests in python/tests/page.
-  const page = { model, state, derived, panels, look, FAMILY, change, routeOf, onRoute, lookOf, lookOfLabel };
+  const page = { model, state, derived, panels, look, FAMILY, change, routeOf, onRoute, lookOf, lookOfLabel, poseLinks };
   Object.assign(globalThis, { landscape: page });
   document.body.dataset.ready = "1";
   document.dispatchEvent(new Event("ready"));
