@@ -5,8 +5,9 @@ export const byId = id => document.getElementById(id);
 // Whether no motion is wanted.
 export const still = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
 
-// An element with a text, attributes and children.
 /**
+ * An element with a text, attributes and children.
+ *
  * @param {string} name
  * @param {string | number} text
  * @param {Record<string, any>} attributes a handler of events is named `on` and the event; `true` sets an attribute without value,

@@ -13,8 +13,12 @@ export function childrenOf({ parent }) {
   return children;
 }
 
-// The nodes on the way up from each of two leaves to the node where they meet, and that node.
-/** @param {{ parent: Uint32Array }} tree @param {number[]} leaves */
+/**
+ * The nodes on the way up from each of two leaves to the node where they meet, and that node.
+ *
+ * @param {{ parent: Uint32Array }} tree
+ * @param {number[]} leaves
+ */
 export function routeInTree({ parent }, [a, b]) {
   const nothing = { nodes: [], top: null };
   if (a === undefined || b === undefined) return nothing;
