@@ -68,7 +68,7 @@ mod tests {
         let modules = fs::read_dir(vendor.join("../web")).unwrap();
         let modules = modules.map(|entry| entry.unwrap().file_name().into_string().unwrap());
         let mut modules: Vec<String> = modules
-            .filter(|name| name.ends_with(".js"))
+            .filter(|name| Path::new(name).extension() == Some("js".as_ref()))
             .map(|name| format!("../web/{name}"))
             .collect();
         modules.sort_unstable();
