@@ -176,13 +176,15 @@ fn faults(document: &str, manifest: &str, files: &BTreeMap<String, String>) -> V
     faults
 }
 
-/// Adds the texts of all files in a folder and below, by path.
+/// Adds the texts of all files in a folder and below, by path, except packages that npm installed.
 pub(super) fn add_files(folder: &Path, below: &str, files: &mut BTreeMap<String, String>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let name = format!("{below}{}", path.file_name().unwrap().to_str().unwrap());
         if path.is_dir() {
-            add_files(&path, &format!("{name}/"), files);
+            if !path.ends_with("node_modules") {
+                add_files(&path, &format!("{name}/"), files);
+            }
         } else {
             files.insert(name, fs::read_to_string(&path).unwrap());
         }

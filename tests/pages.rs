@@ -23,7 +23,8 @@ fn add_pages(folder: &Path, pages: &mut BTreeSet<PathBuf>) {
     for entry in fs::read_dir(root().join(folder)).unwrap() {
         let name = entry.unwrap().file_name();
         let path = folder.join(&name);
-        let hidden = name.to_string_lossy().starts_with('.') || name == "target";
+        let hidden =
+            name.to_string_lossy().starts_with('.') || name == "target" || name == "node_modules";
         // Landscapes that somebody made here have pages, too.
         let made = path.extension().is_some_and(|ending| ending == "landscape");
         if root().join(&path).is_dir() {

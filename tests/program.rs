@@ -3,7 +3,6 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 mod architecture;
-mod browser;
 mod claims;
 mod described;
 mod desk;
@@ -20,7 +19,6 @@ mod pages;
 #[path = "../analysis/paper_claims/claims/mod.rs"]
 mod paper_claims;
 mod pickled;
-mod report;
 mod skipped;
 mod surface;
 mod thermodynamics;

@@ -87,6 +87,7 @@ async function open(page, fragment, [width, height], dark = false) {
   await call("Page.navigate", { url: "about:blank" });
   await call("Page.navigate", { url: `file://${pages}/${page}#${fragment}` });
   while (!(await run("document.body?.dataset.ready === '1'"))) await sleep(50);
+  await run("Object.assign(window, landscape, { byId: id => document.getElementById(id) }); 0");
   await settle();
 }
 

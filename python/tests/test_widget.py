@@ -22,6 +22,7 @@ page.selected = ["m3"]
 page.observe(lambda change: told.write_text(json.dumps(change.new)), "selected")
 page
 """
+CHOSEN = "landscape.state.selected.map(item => landscape.model.name(item)).join()"
 #: Seconds that a slow machine may take for one step.
 PATIENCE = 40
 
@@ -111,10 +112,10 @@ def test_what_is_chosen_on_the_page_comes_back_and_the_other_way(lab, browser, t
     shown.content_frame.locator("canvas, svg").first.wait_for(state="visible")
     frame = next(each for each in tab.frames if each.parent_frame is not None and each.url == "about:srcdoc")
     # The page forbids evaluation of text later on, with which the browser's driver would wait for a condition.
-    wait(lambda: frame.evaluate("typeof model !== 'undefined' && Boolean(model) && typeof state !== 'undefined'"), "the page is there")
+    wait(lambda: frame.evaluate("Boolean(globalThis.landscape)"), "the page is there")
 
     # What was chosen before the page was there.
-    wait(lambda: frame.evaluate("state.selected.map(item => model.name(item)).join()") == "m3", "m3 is chosen")
+    wait(lambda: frame.evaluate(CHOSEN) == "m3", "m3 is chosen")
 
     # From the page to Python: a click on a row of the table.
     shown.content_frame.get_by_role("row").filter(has_text="m2").click()
@@ -131,7 +132,7 @@ def test_what_is_chosen_on_the_page_comes_back_and_the_other_way(lab, browser, t
     try:
         kernel.wait_for_ready(timeout=PATIENCE)
         kernel.execute_interactive("page.selected = ['m1', 'm3']", timeout=PATIENCE)
-        wait(lambda: frame.evaluate("state.selected.map(item => model.name(item)).join()") == "m1,m3", "m1 and m3 are chosen")
+        wait(lambda: frame.evaluate(CHOSEN) == "m1,m3", "m1 and m3 are chosen")
         reply = kernel.execute("", user_expressions={"chosen": "page.selected"}, reply=True, timeout=PATIENCE)
         assert reply["content"]["user_expressions"]["chosen"]["data"]["text/plain"] == "['m1', 'm3']"
     finally:

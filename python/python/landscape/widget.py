@@ -26,25 +26,24 @@ else:
 _BRIDGE = """
 {
   let told = "";
-  let ready = false;
+  let page = null;
   setInterval(() => {
-    if (!model) return;
-    if (!ready) {
-      ready = true;
-      parent.postMessage({ landscape: "ready" }, "*");
+    if (!page) {
+      page = globalThis.landscape;
+      if (page) parent.postMessage({ landscape: "ready" }, "*");
       return;
     }
-    const names = state.selected.map(item => model.name(item));
+    const names = page.state.selected.map(item => page.model.name(item));
     if (names.join() !== told) {
       told = names.join();
       parent.postMessage({ landscape: names }, "*");
     }
   }, 100);
   window.addEventListener("message", event => {
-    if (event.source !== parent || !Array.isArray(event.data?.landscape) || !model) return;
-    const items = event.data.landscape.map(name => model.named(name)).filter(item => item !== null);
+    if (event.source !== parent || !Array.isArray(event.data?.landscape) || !page) return;
+    const items = event.data.landscape.map(name => page.model.named(name)).filter(item => item !== null);
     told = event.data.landscape.join();
-    change({ selected: items.slice(0, 2) });
+    page.change({ selected: items.slice(0, 2) });
   });
 }
 """

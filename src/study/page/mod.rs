@@ -1,27 +1,32 @@
 //! A page (one HTML file) on which a landscape or a file of grasps is explored.
 //!
 //! Rust computes: the coordinates of tree and graph, the ways with their energies, the touched places, the statements about
-//! trust. The page paints, poses the hand and filters. It needs no other file and no network: its only script is inlined,
-//! named by its hash in a content security policy that forbids all requests.
+//! trust. The page paints, poses the hand and filters. It needs no other file and no network: its two scripts are inlined,
+//! named by their hashes in a content security policy that forbids all requests.
 //!
 //! | file of `web` | holds |
 //! | --- | --- |
 //! | `page.html`, `page.css` | the frame of the page and its look |
 //! | `data.js` | unpacking of what `pack.rs` wrote |
 //! | `kinematics.js` | forward kinematics and skinning, as in [`hand`](crate::hand) |
-//! | `state.js` | the selection, filter and level that all panels share, and their form in the address |
 //! | `filter.js` | the language of the search field |
+//! | `basins.js`, `route.js` | superbasins of a tree; ways between minima |
+//! | `text.js` | words and numbers as texts |
+//! | `state.js` | the selection, filter and level that all panels share, and their form in the address |
+//! | `looks.js` | colours, and the look of each item |
 //! | `dom.js` | small helpers: elements, buttons, what the browser remembers |
 //! | `pen.js` | painting on a canvas or into an SVG file |
 //! | `tree.js`, `graph.js`, `way.js`, `table.js`, `matrix.js`, `trust.js`, `flat.js`, `tangle.js`, `likeness.js` | the panels |
 //! | `legend.js` | what the colours mean, and the filters that stay in sight |
 //! | `words.js` | what the words of the page mean |
-//! | `scene.js`, `pins.js` | the panels in three dimensions |
+//! | `scene.js`, `pins.js`, `three.js` | the panels in three dimensions |
 //! | `label.js` | labelling by keyboard |
 //! | `export.js` | files to save: SVG, PNG, CSV, GLB |
 //! | `main.js` | the start |
 //!
-//! `vendor/` holds the parts of three.js that the page uses, made by `vendor/make.sh`.
+//! The scripts are ES modules. `vendor/make.sh` bundles them, and the parts of three.js that they use, into `vendor/`, which
+//! the program includes. `npm run check` in this folder checks their types (`tsc`), lints them and runs the unit tests of
+//! those that need no browser (`tests`).
 
 mod grasps;
 mod hand;

@@ -1,28 +1,23 @@
 #!/usr/bin/env bash
-# Makes the one library of the page: the parts of three.js that it uses, in one file. Needs npm and its registry, and is
-# needed only to change the version or the list of parts. Afterwards SHA256SUMS says what the files must be.
+# Makes the scripts of the page: the parts of three.js that it uses, and the bundle of the modules in `web`. Needs npm and its
+# registry. SHA256SUMS says afterwards what these files and the modules were, so that a test finds modules that were changed
+# without running this.
 set -euo pipefail
-cd "$(dirname "$0")"
-here=$PWD
-three=0.187.0
-esbuild=0.28.2
+export LC_ALL=C
+cd "$(dirname "$0")/.."
+[ -d node_modules ] || npm ci --ignore-scripts --no-audit --no-fund
+three=$(node -p 'require("./package.json").devDependencies.three')
+esbuild() { node_modules/.bin/esbuild --bundle --minify --format=iife --target=es2022 --log-level=warning "$@"; }
 
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-cd "$work"
-npm init -y > npm.log
-npm install --ignore-scripts --no-audit --no-fund "three@$three" "esbuild@$esbuild" >> npm.log
-
-cat > parts.js <<'PARTS'
+esbuild --global-name=THREE --charset=ascii --legal-comments=inline --outfile="vendor/three-$three.min.js" <<'PARTS'
 export {
   BufferAttribute, BufferGeometry, Color, ConeGeometry, CylinderGeometry, DirectionalLight, DoubleSide, FrontSide, Group,
   HemisphereLight, InstancedMesh, Matrix4, Mesh, MeshLambertMaterial, OrthographicCamera, Quaternion, Scene, SphereGeometry,
   Vector3, WebGLRenderer,
 } from "three";
 PARTS
-node_modules/.bin/esbuild parts.js --bundle --minify --format=iife --global-name=THREE --target=es2022 --charset=ascii \
-  --legal-comments=inline --log-level=error --outfile="$here/three-$three.min.js"
-cp node_modules/three/LICENSE "$here/LICENSE"
-cd "$here"
-sha256sum LICENSE "three-$three.min.js" > SHA256SUMS
-ls -l "three-$three.min.js"
+cp node_modules/three/LICENSE vendor/LICENSE
+esbuild web/main.js --charset=utf8 --outfile=vendor/page.min.js
+
+cd vendor
+sha256sum LICENSE "three-$three.min.js" page.min.js ../web/*.js > SHA256SUMS

@@ -1,12 +1,11 @@
 // Unpacks the data of the page, which src/study/page/pack.rs wrote: a header (JSON) and arrays of numbers behind it.
-"use strict";
 
 // Stands for "none" in arrays of numbers of minima and nodes.
-const NONE = 0xffffffff;
+export const NONE = 0xffffffff;
 const LABEL_FIELDS = ["label", "category", "cell", "given"];
 const KINDS = { f8: Float64Array, f4: Float32Array, u4: Uint32Array, u1: Uint8Array };
 
-async function unpack(text) {
+export async function unpack(text) {
   const letters = atob(text.trim());
   const packed = new Uint8Array(letters.length);
   for (let k = 0; k < letters.length; k++) packed[k] = letters.charCodeAt(k);
@@ -42,19 +41,24 @@ function table({ start, count, low, step }, buffer) {
 }
 
 // Start of each entry of a list of lists, whose lengths are `counts`, and the end of the last.
-function startsOf(counts) {
+export function startsOf(counts) {
   const starts = new Uint32Array(counts.length + 1);
   for (let k = 0; k < counts.length; k++) starts[k + 1] = starts[k] + counts[k];
   return starts;
 }
 
+function prepareHand(hand) {
+  hand.skin.starts = startsOf(hand.skin.count);
+  hand.order = hand.links.map((link, index) => [link.parent === null ? -1 : link.parent, index, link]);
+}
+
 // The items of a page (minima or grasps of all its landscapes) under one numbering.
-class Model {
-  constructor(header) {
+export class Model {
+  constructor(header, folder) {
     this.header = header;
     this.sides = header.sides;
     // The page in the folder of a landscape takes the name of this folder.
-    for (const side of this.sides) side.name ||= decodeURIComponent(location.pathname.split("/").at(-2) ?? "") || "x.landscape";
+    for (const side of this.sides) side.name ||= folder;
     this.offsets = startsOf(this.sides.map(side => side.count));
     this.count = this.offsets[this.sides.length];
     for (const hand of header.hands) prepareHand(hand);
@@ -235,12 +239,4 @@ function differenceIn(values) {
   let [low, high] = [Infinity, -Infinity];
   for (const value of values) if (Number.isFinite(value)) [low, high] = [Math.min(low, value), Math.max(high, value)];
   return high > low ? high - low : 0;
-}
-
-// A number with as many digits as are of interest.
-function shown(value, digits = 4) {
-  if (!Number.isFinite(value)) return "–";
-  if (value !== 0 && (Math.abs(value) >= 1e6 || Math.abs(value) < 1e-4)) return value.toExponential(2).replace("-", "−");
-  const places = Math.max(0, digits - 1 - Math.max(0, Math.floor(Math.log10(Math.abs(value) || 1))));
-  return value.toFixed(Math.min(places, digits - 1)).replace("-", "−");
 }

@@ -1,7 +1,12 @@
 // Files to save: panels as SVG or PNG, the table as CSV, a grasp as GLB; and the command line that makes the same.
-"use strict";
 
-function save(name, type, content) {
+import { button, byId, make, showDialog } from "./dom.js";
+import { poseLinks, poseSkin } from "./kinematics.js";
+import { shownItem } from "./route.js";
+import { fragment, model, passing, state } from "./state.js";
+import { plural, quoted, word } from "./text.js";
+
+export function save(name, type, content) {
   const link = make("a", "", { download: name });
   link.href = URL.createObjectURL(new Blob([content], { type }));
   link.click();
@@ -58,6 +63,7 @@ function glb(item) {
     asset: { version: "2.0", generator: model.header.made_by },
     scene: 0,
     scenes: [{ nodes: [0] }],
+    /** @type {object[]} */
     nodes: [{ name: "grasp " + model.name(item), rotation: [-Math.SQRT1_2, 0, 0, Math.SQRT1_2], children: [1, 2] }],
     meshes: [],
     materials: [],
@@ -112,12 +118,7 @@ function glb(item) {
   return bytes;
 }
 
-// A word for the shell.
-function word(text) {
-  return /^[\w./:=,+@%-]+$/.test(text) && !text.startsWith("-") ? text : "'" + text.replaceAll("'", "'\\''") + "'";
-}
-
-function pathCommand() {
+export function pathCommand() {
   return `landscape inspect ${word(model.sides[0].name)} --path ${state.selected.map(item => model.name(item)).join(" ")}`;
 }
 
@@ -135,7 +136,7 @@ function commands() {
   return [model.header.command, draw, ...(two ? [pathCommand()] : [])];
 }
 
-function openExport() {
+export function openExport(panels) {
   const dialog = byId("export");
   const line = (title, ...buttons) => make("div", "", { class: "line" }, make("span", title), ...buttons);
   const to = (text, id, onclick) => button(text, onclick, { id: "save-" + id });

@@ -1,5 +1,7 @@
 // The language of the search field: words, names, comparisons, `and`, `or`, `not` and parentheses.
-"use strict";
+
+import { NONE } from "./data.js";
+import { plain, word } from "./text.js";
 
 // These tables have no prototype, so that a word such as `constructor` is a word like any other.
 const FIELDS = {
@@ -43,21 +45,29 @@ const SAME = {
 };
 const TOKEN = /\s*("(?:[^"\\]|\\.)*"?|[()]|<=|>=|==|!=|&&|\|\||[<>=:≤≥≠&|!]|[^\s()<>=:≤≥≠&|!"]+)/gy;
 
-// A test of items for a text, and what is wrong with the text.
-function compiled(text, model) {
-  const parser = new FilterParser(text, model);
+/**
+ * A test of items for a text, and what is wrong with the text.
+ *
+ * @param {string} text
+ * @param {Pick<import("./data.js").Model, "at" | "count" | "evidence" | "knows" | "named" | "number" | "sideOf" | "sides" | "text">} model
+ * @param {{ basins: { top: Uint32Array } | null, pins: number[] }} about the superbasins of the present level, and the pinned items
+ * @returns {{ test: (item: number) => boolean, problem: string }}
+ */
+export function compiled(text, model, about) {
+  const parser = new FilterParser(text, model, about);
   try {
     const test = parser.done() ? () => true : parser.or();
     if (!parser.done()) throw new Error(`“${parser.next()}” was not expected`);
     return { test, problem: "" };
   } catch (error) {
-    return { test: () => true, problem: error.message };
+    return { test: () => true, problem: String(error.message) };
   }
 }
 
 class FilterParser {
-  constructor(text, model) {
+  constructor(text, model, about) {
     this.model = model;
+    this.about = about;
     this.tokens = Array.from(text.matchAll(TOKEN), ([, token]) => SAME[token] ?? token);
     this.place = 0;
   }
@@ -147,8 +157,8 @@ class FilterParser {
     const model = this.model;
     const minimum = model.named(value);
     if (minimum === null || (sign !== "=" && sign !== "≠")) throw new Error("“family” is compared with a minimum: family = m3");
-    if (!derived.basins) throw new Error("there are families only below a level: drag the level line of the tree");
-    const { top } = derived.basins;
+    if (!this.about.basins) throw new Error("there are families only below a level: drag the level line of the tree");
+    const { top } = this.about.basins;
     const same = item => top[item] !== NONE && top[item] === top[minimum] && model.sideOf(item) === model.sideOf(minimum);
     return sign === "=" ? same : item => !same(item);
   }
@@ -160,7 +170,7 @@ class FilterParser {
     if (text === "stable") return item => model.number("stable", item) === 1;
     if (text === "unstable") return item => model.number("stable", item) === 0;
     if (text === "simulated") return item => !Number.isNaN(model.number("stable", item));
-    if (text === "pinned") return item => state.pins.includes(item);
+    if (text === "pinned") return item => this.about.pins.includes(item);
     if (token === text && /^[m#]\d+['′]?$/.test(text)) {
       const wanted = model.named(text);
       return item => item === wanted;
@@ -177,7 +187,7 @@ class FilterParser {
 }
 
 // What a search can compare on this page, without other names of the same.
-function known(model) {
+export function known(model) {
   return [...new Set([...Object.values(FIELDS), ...TEXT_FIELDS])].filter(name => model.knows(name));
 }
 
@@ -194,7 +204,7 @@ function unknown(name, model) {
 }
 
 // Searches that make sense on this page, with a name and a label that occur.
-function examples(model) {
+export function examples(model) {
   const [side] = model.sides;
   const first = Math.min(model.count - 1, 3);
   const label = Array.from({ length: model.count }, (_, item) => model.text("label", item)).find(text => model.types.has(text));
@@ -210,6 +220,6 @@ function examples(model) {
   ].filter(text => text);
 }
 
-function unquoted(token) {
+export function unquoted(token) {
   return token.startsWith('"') ? token.slice(1).replace(/"$/, "").replace(/\\(.)/g, "$1") : token;
 }

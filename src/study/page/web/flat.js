@@ -1,7 +1,12 @@
 // What is not a hand: the map of a surface of one or two coordinates, or parallel coordinates of any space.
-"use strict";
 
-class FlatPanel {
+import { colourOf, look, lookOf, viridis } from "./looks.js";
+import { Drawing, EDGE, nearest, OF_ITEMS, rings } from "./pen.js";
+import { onRoute, routeOf } from "./route.js";
+import { derived, model, state } from "./state.js";
+import { plain, shown, ticks } from "./text.js";
+
+export class FlatPanel {
   constructor(section) {
     const [side] = model.sides;
     this.side = side;
@@ -9,6 +14,7 @@ class FlatPanel {
     const paint = [this.line, this.plane][this.dimensions - 1] ?? this.parallel;
     section.querySelector("h2").textContent = this.dimensions > 2 ? "Coordinates" : plain(side.title.split(":")[0]);
     this.map = side.space.contours;
+    this.contourLines = null;
     this.bounds();
     this.drawing = new Drawing(
       section,

@@ -1,7 +1,11 @@
 // The barrier graph: minima near each other are joined by low passes. Places and widths were computed with the picture.
-"use strict";
 
-class GraphPanel {
+import { look, lookOf } from "./looks.js";
+import { Drawing, nearest, OF_ITEMS, rings } from "./pen.js";
+import { routeOf } from "./route.js";
+import { derived, model, state } from "./state.js";
+
+export class GraphPanel {
   constructor(section) {
     this.side = model.sides[0];
     const { graph } = this.side;

@@ -1,13 +1,7 @@
 // Forward kinematics and skinning of hands, with the formulas of src/hand/kinematics.rs, skin.rs and blend.rs.
-"use strict";
 
 // A frame is 12 numbers: the rotation row by row, then the translation.
 const FRAME = 12;
-
-function prepareHand(hand) {
-  hand.skin.starts = startsOf(hand.skin.count);
-  hand.order = hand.links.map((link, index) => [link.parent === null ? -1 : link.parent, index, link]);
-}
 
 // out = a · b for rotations, row by row, at these places.
 function turnBy(a, from, b, out, to) {
@@ -67,10 +61,22 @@ function ballRotations(bending, q) {
   return rotations;
 }
 
-// Frames of all links in the object's frame at x = [t, q(wxyz), joints].
-function poseLinks(hand, x) {
+/**
+ * @typedef {{ parent: number | null, rotation: number[], translation: [number, number, number], ball: number | null,
+ *   motion: { joint: number, ratio: number, offset: number, axis: [number, number, number], slides: boolean } | null }} Link
+ * @typedef {{ links: Link[], joints: object[], order: [number, number, Link][], bending?: { offset: number[], map: ArrayLike<number> },
+ *   skin: { count: ArrayLike<number>, link: ArrayLike<number>, binding: ArrayLike<number>, starts: ArrayLike<number>, triangles?: Uint32Array } }} Hand
+ */
+
+/**
+ * Frames of all links in the object's frame at x = [t, q(wxyz), joints].
+ *
+ * @param {Hand} hand
+ * @param {ArrayLike<number>} x
+ */
+export function poseLinks(hand, x) {
   const frames = new Float64Array(FRAME * hand.links.length);
-  const joints = Array.from(x.slice(7, 7 + hand.joints.length));
+  const joints = Array.from(x).slice(7, 7 + hand.joints.length);
   const balls = hand.bending ? ballRotations(hand.bending, joints) : [];
   const base = [...rotationOf(x[3], x[4], x[5], x[6]), x[0], x[1], x[2]];
   for (const [parent, index, link] of hand.order) {
@@ -84,7 +90,7 @@ function poseLinks(hand, x) {
         moveBy(
           frames,
           to,
-          motion.axis.map(a => a * way),
+          [way * motion.axis[0], way * motion.axis[1], way * motion.axis[2]],
           frames,
           to + 9,
           frames,
@@ -105,8 +111,15 @@ function moveBy(rotation, from, [x, y, z], offset, at, out, to) {
   }
 }
 
-// Vertices of the skin, written into `out` (three numbers each).
-function poseSkin(hand, frames, out) {
+/**
+ * Vertices of the skin, written into `out` (three numbers each).
+ *
+ * @template {Float32Array | Float64Array} Numbers
+ * @param {Hand} hand
+ * @param {Float64Array} frames
+ * @param {Numbers} out
+ */
+export function poseSkin(hand, frames, out) {
   const { count, link, binding, starts } = hand.skin;
   for (let vertex = 0; vertex < count.length; vertex++) {
     let [sx, sy, sz] = [0, 0, 0];
@@ -126,7 +139,7 @@ function poseSkin(hand, frames, out) {
 }
 
 // A pose between two poses: straight for places and joints, the short way for the rotation.
-function between(a, b, t, joints) {
+export function between(a, b, t, joints) {
   const x = Float64Array.from(a, (value, k) => value + t * (b[k] - value));
   if (joints === undefined) return x;
   let dot = 0;

@@ -1,5 +1,10 @@
 // Labelling by keyboard: a sheet of pictures, a chooser of types, and the file that `landscape label --from` reads.
-"use strict";
+
+import { button, byId, make, memory } from "./dom.js";
+import { save } from "./export.js";
+import { FIRST_CAMERA, stamps } from "./pins.js";
+import { change, model, watch } from "./state.js";
+import { plain, plural, quoted } from "./text.js";
 
 // Labels given in this browser, kept under a key that is made from the grasps themselves: files of one name share none.
 const given = {
@@ -68,7 +73,7 @@ const given = {
   },
 };
 
-class LabelSheet {
+export class LabelSheet {
   constructor(section) {
     this.section = section;
     this.items = Array.from({ length: model.count }, (_, item) => item);
@@ -252,7 +257,7 @@ class LabelSheet {
       .filter(word => word);
     this.found = this.choices.filter(choice => words.every(word => choice.words.includes(word)));
     // A number means the type with that number first.
-    this.found.sort((a, b) => (b.number === words[0]) - (a.number === words[0]));
+    this.found.sort((a, b) => Number(b.number === words[0]) - Number(a.number === words[0]));
     this.marked = 0;
     byId("choices").replaceChildren(
       ...this.found.map((choice, place) =>
@@ -287,8 +292,4 @@ class LabelSheet {
       });
     return ["id,label", ...rows].join("\n") + "\n";
   }
-}
-
-function quoted(text) {
-  return /[",\r\n]/.test(text) ? '"' + text.replaceAll('"', '""') + '"' : text;
 }

@@ -1,12 +1,19 @@
 // What the colours mean, with counts, and the filters that stay in sight. A click on an entry filters by it.
-"use strict";
+
+import { button, make } from "./dom.js";
+import { unquoted } from "./filter.js";
+import { disc, lookOf, otherLabels, range, viridis } from "./looks.js";
+import { dotOf } from "./pen.js";
+import { derived, model, state, toggleChip, watch } from "./state.js";
+import { plain } from "./text.js";
+import { groupName } from "./words.js";
 
 // Entries of the legend of things without end: groups and families.
 const MOST_ENTRIES = 9;
 // Ranges into which the legend of a number is divided.
 const RANGES = 5;
 
-class Legend {
+export class Legend {
   constructor(section) {
     this.section = section;
     watch(["colour", "level", "chips", "query", "labels", "look"], () => this.show());
@@ -59,21 +66,9 @@ class Legend {
   }
 
   ranges(field, items) {
-    const [low, high] = range(field);
-    if (!(high > low)) return [];
-    // A hundredth to a tenth of a range is told, so that no two edges are the same number.
-    const places = Math.min(100, Math.max(0, 1 + Math.ceil(-Math.log10((high - low) / RANGES))));
-    const told = value => value.toFixed(places).replace(/^-(?=[0.]*$)/, "");
-    const edges = Array.from({ length: RANGES + 1 }, (_, k) => told(low + ((high - low) * k) / RANGES));
-    return edges.slice(1).map((edge, k) => {
-      const [first, last] = [k === 0, k === RANGES - 1];
-      const bounds = [!first && `${field} ≥ ${edges[k]}`, !last && `${field} < ${edge}`].filter(bound => bound);
-      const [from, to] = [edges[k], edge].map(number => number.replace("-", "−"));
-      const words = first ? `below ${to}` : last ? `from ${from}` : `${from} to ${to}`;
-      const above = first ? -Infinity : Number(edges[k]);
-      const below = last ? Infinity : Number(edge);
+    return rangesOf(field, range(field)).map(({ words, chip, above, below }, k) => {
       const inside = item => model.number(field, item) >= above && model.number(field, item) < below;
-      return { words, chip: bounds.join(" and "), count: items.filter(inside).length, dot: disc(viridis((k + 0.5) / RANGES)) };
+      return { words, chip, count: items.filter(inside).length, dot: disc(viridis((k + 0.5) / RANGES)) };
     });
   }
 
@@ -104,4 +99,20 @@ function chipWords(chip) {
   if (chip === 'label = ""') return "no label";
   if (/^label = "/.test(chip)) return plain(unquoted(chip.slice("label = ".length))).replaceAll("_", " ");
   return chip.replace(/^category = /, "").replace(/^family = /, "family of ").replace(/^stable$/, "held").replace(/^unstable$/, "fell");
+}
+
+// The parts of the range of a number: words, filter and bounds of each.
+export function rangesOf(field, [low, high]) {
+  if (!(high > low)) return [];
+  // An edge is written to a hundredth to a tenth of a part, so that no two edges are the same number.
+  const places = Math.min(100, Math.max(0, 1 + Math.ceil(-Math.log10((high - low) / RANGES))));
+  const written = value => value.toFixed(places).replace(/^-(?=[0.]*$)/, "");
+  const edges = Array.from({ length: RANGES + 1 }, (_, k) => written(low + ((high - low) * k) / RANGES));
+  return edges.slice(1).map((edge, k) => {
+    const [first, last] = [k === 0, k === RANGES - 1];
+    const bounds = [!first && `${field} ≥ ${edges[k]}`, !last && `${field} < ${edge}`].filter(bound => bound);
+    const [from, to] = [edges[k], edge].map(number => number.replace("-", "−"));
+    const words = first ? `below ${to}` : last ? `from ${from}` : `${from} to ${to}`;
+    return { words, chip: bounds.join(" and "), above: first ? -Infinity : Number(edges[k]), below: last ? Infinity : Number(edge) };
+  });
 }

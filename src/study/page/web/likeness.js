@@ -1,9 +1,14 @@
 // The grasps of a file in the plane: alike ones are near each other. Places were computed in src/study/page/likeness.rs.
-"use strict";
+
+import { look, lookOf } from "./looks.js";
+import { Drawing, nearest, OF_ITEMS, rings } from "./pen.js";
+import { derived, looked, model, state } from "./state.js";
+import { percent, plain, shown, ticks } from "./text.js";
+import { meaning } from "./words.js";
 
 const FOOT = 24;
 
-class LikenessPanel {
+export class LikenessPanel {
   constructor(section) {
     this.side = model.sides[0];
     const errors = this.side.likeness.parts.map(part => part.error).filter(error => error !== null);

@@ -1,12 +1,30 @@
 // The start: unpacks the data, makes the panels that the data need, and handles the search field and keys.
-"use strict";
+
+import { FAMILY } from "./basins.js";
+import { Model, unpack } from "./data.js";
+import { button, byId, make, memory, showDialog, tip } from "./dom.js";
+import { openExport } from "./export.js";
+import { examples } from "./filter.js";
+import { FlatPanel } from "./flat.js";
+import { GraphPanel } from "./graph.js";
+import { poseLinks } from "./kinematics.js";
+import { LabelSheet } from "./label.js";
+import { Legend } from "./legend.js";
+import { LikenessPanel } from "./likeness.js";
+import { look, lookOf, lookOfLabel, readLook } from "./looks.js";
+import { MatrixPanel } from "./matrix.js";
+import { PinsPanel, ScenePanel } from "./pins.js";
+import { onRoute, routeOf } from "./route.js";
+import { change, colourings, derived, followAddress, looked, model, pin, refresh, setModel, state, watch } from "./state.js";
+import { TablePanel } from "./table.js";
+import { showMoved, TanglePanel } from "./tangle.js";
+import { plain, plural, sideName } from "./text.js";
+import { TreePanel } from "./tree.js";
+import { RarefactionPanel, showTrust } from "./trust.js";
+import { WayPanel } from "./way.js";
+import { explainHeadings } from "./words.js";
 
 const panels = {};
-
-function setQuery(text) {
-  byId("query").value = text;
-  change({ query: text });
-}
 
 function heading() {
   const { sides } = model;
@@ -71,7 +89,7 @@ function makePanels() {
   } else if (side.rarefaction && side.space?.kind === "pose") show("rarefaction", RarefactionPanel);
   if (side.members?.length && side.label && !two) panels.label = new LabelSheet(byId("labelling"));
   new Legend(byId("legend"));
-  explainHeadings();
+  explainHeadings(panels);
   document.body.dataset.panels = Object.keys(panels)
     .filter(name => !byId(name)?.hidden)
     .join(" ");
@@ -97,12 +115,13 @@ function tools() {
     byId("answer").classList.toggle("problem", derived.problem !== "");
     query.setAttribute("aria-invalid", String(derived.problem !== ""));
   });
-  byId("export-open").addEventListener("click", openExport);
+  byId("export-open").addEventListener("click", () => openExport(panels));
   byId("help-open").addEventListener("click", openHelp);
   byId("label-start").hidden = !panels.label;
   byId("label-start").addEventListener("click", () => panels.label.open());
   document.addEventListener("keydown", event => {
-    if (event.target.closest("input, select, dialog, #labelling") || event.ctrlKey || event.metaKey || event.altKey) return;
+    const { target } = event;
+    if (!(target instanceof Element) || target.closest("input, select, dialog, #labelling") || event.ctrlKey || event.metaKey || event.altKey) return;
     if (event.key === "/") {
       event.preventDefault();
       query.focus();
@@ -147,7 +166,7 @@ function openHelp() {
   const tries = examples(model).map(text =>
     button(text, () => {
       dialog.close();
-      setQuery(text);
+      change({ query: text });
     }),
   );
   showDialog(dialog, "What you can do", [
@@ -158,17 +177,20 @@ function openHelp() {
 }
 
 async function start() {
-  model = new Model(await unpack(byId("data").textContent));
+  const folder = decodeURIComponent(location.pathname.split("/").at(-2) ?? "") || "x.landscape";
+  setModel(new Model(await unpack(byId("data").textContent), folder));
   byId("data").remove();
-  derived.passes = new Uint8Array(model.count).fill(1);
   theme();
   heading();
   showTrust(byId("trust"));
   makePanels();
   tools();
-  readAddress();
+  followAddress();
   change({ labels: true, look: {} });
   refresh();
+  // The page from outside, for notebooks (python/python/landscape/widget.py) and the tests in python/tests/page.
+  const page = { model, state, derived, panels, look, FAMILY, change, routeOf, onRoute, lookOf, lookOfLabel, poseLinks };
+  Object.assign(globalThis, { landscape: page });
   document.body.dataset.ready = "1";
   document.dispatchEvent(new Event("ready"));
 }

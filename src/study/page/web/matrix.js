@@ -1,5 +1,8 @@
 // The 33 grasp types as in the paper's table, with counts; a click on a type filters.
-"use strict";
+
+import { button, make } from "./dom.js";
+import { change, derived, model, state, watch } from "./state.js";
+import { plain } from "./text.js";
 
 const FINGERS = {
   "2": "index",
@@ -11,7 +14,7 @@ const FINGERS = {
   "3-5": "middle to little",
 };
 
-class MatrixPanel {
+export class MatrixPanel {
   constructor(section) {
     this.table = make("table", "", { class: "types" });
     this.others = make("p", "", { class: "others" });
@@ -78,7 +81,7 @@ class MatrixPanel {
 
   chip(text, title, query, count) {
     const pressed = state.query === query;
-    const chip = button(text, () => setQuery(pressed ? "" : query), {
+    const chip = button(text, () => change({ query: pressed ? "" : query }), {
       class: count ? "chip" : "chip none",
       title,
       "aria-pressed": String(pressed),

@@ -1,23 +1,27 @@
 // Painting: one set of calls for a canvas and for an SVG file, axes, and the canvas of a panel.
-"use strict";
+
+import { make, tip } from "./dom.js";
+import { look } from "./looks.js";
+import { change, model, select, state, watch } from "./state.js";
+import { escaped, ticks } from "./text.js";
+import { described } from "./words.js";
 
 const FONT = 'system-ui, "Segoe UI", "Noto Sans", "DejaVu Sans", sans-serif';
 // Texts have a margin of paper, so that lines behind them do not cross their letters.
 const HALO = 3;
-const EDGE = { left: 58, right: 14, top: 16, bottom: 30 };
-const look = { dark: false };
+export const EDGE = { left: 58, right: 14, top: 16, bottom: 30 };
 
-// Reads the colours of the present look, dark or light.
-function readLook() {
-  const style = getComputedStyle(document.documentElement);
-  for (const name of ["ink", "soft", "line", "pale", "faint", "paper", "accent", "route"]) {
-    look[name] = style.getPropertyValue("--" + name).trim();
-  }
-  look.dark = style.colorScheme === "dark";
-}
+/** @typedef {{ stroke?: string, width?: number, dash?: number[], fill?: string, alpha?: number, close?: boolean }} Style */
 
-// A style has a stroke, its width and dashes, a fill, and how opaque it is.
+// What both pens share. How they paint a path, a circle and a text is their own matter.
 class Pen {
+  /** @param {number[][]} _points @param {Style} _style */
+  path(_points, _style) {}
+  /** @param {number[]} _middle @param {number} _radius @param {Style} _style */
+  circle(_middle, _radius, _style) {}
+  /** @param {number[]} _at @param {string} _text @param {{ fill?: string, size?: number, anchor?: string, weight?: number }} _style */
+  text(_at, _text, _style) {}
+
   line(x1, y1, x2, y2, style) {
     this.path(
       [
@@ -41,7 +45,7 @@ class Pen {
   }
 
   // Numbers at the left with lines across, `y` places them.
-  rows(low, high, count, y, right, but = () => false) {
+  rows(low, high, count, y, right, but = _ => false) {
     for (const [value, text] of ticks(low, high, count)) {
       this.line(EDGE.left - 6, y(value), right, y(value), { stroke: look.faint });
       if (!but(y(value))) this.label([EDGE.left - 10, y(value)], text, { anchor: "end" });
@@ -154,24 +158,8 @@ class SvgPen extends Pen {
   }
 }
 
-// Control letters are not allowed in XML: they become the sign for an unknown letter.
-function escaped(text) {
-  return String(text).replace(/[&<>"\u0000-\u001f]/g, letter => `&#${letter < " " ? 65533 : letter.charCodeAt(0)};`);
-}
-
-// Round numbers between two bounds, about `count` of them, and their texts.
-function ticks(low, high, count) {
-  const rough = (high - low) / count || 1;
-  const power = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 5, 10].find(factor => factor * power >= rough) * power;
-  const values = [];
-  for (let k = Math.ceil(low / step); k * step <= high + 1e-9 * step; k++) values.push(k * step);
-  const places = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-  return values.map(value => [value, (value === 0 ? 0 : value).toFixed(places).replace("-", "−")]);
-}
-
 // The number from 0 to `count` − 1 with the least `distance` below `reach`, or null.
-function nearest(count, reach, distance) {
+export function nearest(count, reach, distance) {
   let [best, found] = [reach, null];
   for (let k = 0; k < count; k++) {
     const d = distance(k);
@@ -181,15 +169,19 @@ function nearest(count, reach, distance) {
 }
 
 // Parts of the state on which pictures of all items depend.
-const OF_ITEMS = ["selected", "level", "query", "colour", "pins", "labels"];
+export const OF_ITEMS = ["selected", "level", "query", "colour", "pins", "labels"];
 
 // A canvas in a panel that is painted again when some `parts` of the state change. `paint(pen, width, height)` paints it;
 // `mark(pen)` adds what shows the item under the pointer, over a copy of what was painted, so that moving the pointer is
 // quick however many items there are; `found([x, y])` says what is at a place: `{ item }`, `{ item: null, lines, act }` or null; `act` is
 // what a click there does.
-class Drawing {
+export class Drawing {
   constructor(section, label, parts, paint, mark = null, found = null) {
-    Object.assign(this, { paint, mark, found });
+    this.paint = paint;
+    this.mark = mark;
+    this.found = found;
+    // Whether the pointer has moved since it was pressed: then its release is no click.
+    this.dragged = false;
     this.canvas = make("canvas", "", { tabindex: 0, role: "img", "aria-label": label });
     this.base = make("canvas");
     section.append(this.canvas);
@@ -266,4 +258,26 @@ class Drawing {
     this.mark?.(pen);
     return pen.file(width, height);
   }
+}
+
+// Calls `ring(item, colour, width, gap)` for the items that are marked: pinned, chosen, under the pointer.
+export function rings(ring) {
+  for (const item of state.pins) ring(item, look.soft, 1.5, 3);
+  for (const item of state.selected) ring(item, look.route, 2.5, 3);
+  if (state.hover !== null) ring(state.hover, look.ink, 2, 4);
+}
+
+// The symbol of a look, for lists.
+export function dotOf({ colour, corners, open }) {
+  const part = (name, attributes) => {
+    const element = document.createElementNS("http://www.w3.org/2000/svg", name);
+    for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+    return element;
+  };
+  const outline = corners.length ? part("polygon", { points: corners.join(" ") }) : part("circle", { r: 1 });
+  outline.setAttribute("fill", colour);
+  const dot = part("svg", { class: "dot", viewBox: "-1.6 -1.6 3.2 3.2", "aria-hidden": "true" });
+  dot.append(outline);
+  if (open) dot.append(part("circle", { class: "heart", r: model.header.looks.heart }));
+  return dot;
 }

@@ -1,7 +1,16 @@
 // The panels that show views in three dimensions: the grasp that is looked at, and the pinned ones with the same camera.
-"use strict";
 
-const FIRST_CAMERA = [-58, 18, 1];
+import { NONE } from "./data.js";
+import { addTools, button, make, still, tool } from "./dom.js";
+import { between } from "./kinematics.js";
+import { family } from "./looks.js";
+import { onRoute, shownItem, shownRoute } from "./route.js";
+import { GLIDE_MS, View, webglWorks } from "./scene.js";
+import { change, looked, model, pin, select, state, watch } from "./state.js";
+import { plain, shown } from "./text.js";
+import { described } from "./words.js";
+
+export const FIRST_CAMERA = [-58, 18, 1];
 const ZOOM = [0.4, 12];
 
 const camera = () => state.camera ?? FIRST_CAMERA;
@@ -52,7 +61,7 @@ function turnable(canvas) {
 }
 
 // The grasp under the pointer (or chosen last, or on the way). With two landscapes there are two views side by side.
-class ScenePanel {
+export class ScenePanel {
   constructor(section) {
     this.atoms = model.sides[0].space.kind === "atoms";
     if (this.atoms) section.querySelector("h2").textContent = "Atoms";
@@ -76,8 +85,7 @@ class ScenePanel {
     const canvas = make("canvas", "", { tabindex: 0, role: "img", "aria-label": words });
     this.box.append(canvas);
     turnable(canvas);
-    const view = new View(canvas);
-    view.side = number;
+    const view = new View(canvas, number);
     new ResizeObserver(() => this.draw(view)).observe(canvas);
     return view;
   }
@@ -140,7 +148,7 @@ class ScenePanel {
   // Whether the hand is to move to a pose, or to be there at once.
   glides(view, x, route) {
     if (view.target && x.every((value, k) => value === view.target[k])) return view.frame !== undefined;
-    return view.x && view.x.length === x.length && !route && !still.matches;
+    return view.x && view.x.length === x.length && !route && !still();
   }
 
   // Moves the hand from where it is to a pose.
@@ -184,7 +192,7 @@ class ScenePanel {
 
 // Pictures of items, drawn by one hidden view: with the camera of all views, or from a side of their own and then as large
 // as they fit.
-const stamps = {
+export const stamps = {
   view: undefined,
   draw(canvas, item, from = null) {
     if (this.view === undefined) this.view = webglWorks() ? new View(make("canvas")) : null;
@@ -205,7 +213,7 @@ const stamps = {
   },
 };
 
-class PinsPanel {
+export class PinsPanel {
   constructor(section) {
     this.section = section;
     this.row = make("div", "", { class: "pins" });

@@ -1,10 +1,14 @@
 // The view in three dimensions: a hand on an object, or a cluster of atoms. It draws only when something changed.
-"use strict";
+
+import { poseLinks, poseSkin } from "./kinematics.js";
+import { familyColour } from "./looks.js";
+import { model } from "./state.js";
+import { THREE } from "./three.js";
 
 const SKIN = 0xe8bea2;
 const OBJECT = 0x80a4be;
 const CONTACT = 0xd52814;
-const GLIDE_MS = 260;
+export const GLIDE_MS = 260;
 // Normals of faces that turn more than this are not averaged: the cosine of 40°.
 const CREASE = 0.77;
 // Width of the spots of touched places, and the longest edge of the triangles that carry their colour, metres.
@@ -16,7 +20,7 @@ const MOST_GHOSTS = 12;
 const MARGIN = 0.96;
 const ATOM_COLOUR = 0x6b93c4;
 
-function webglWorks() {
+export function webglWorks() {
   try {
     return Boolean(document.createElement("canvas").getContext("webgl2"));
   } catch {
@@ -178,9 +182,11 @@ class HandMesh {
 }
 
 // A camera that turns about the middle, a scene and its parts. `show` puts an item or a pose into it.
-class View {
-  constructor(canvas) {
+export class View {
+  constructor(canvas, side = 0) {
     this.canvas = canvas;
+    // The landscape whose items it shows, of two.
+    this.side = side;
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
     this.renderer.setClearColor(0, 0);
     this.scene = new THREE.Scene();
@@ -230,6 +236,7 @@ class View {
   }
 
   // The middle of the object, and how far it and the hands of items reach from there.
+  /** @returns {[import("three").Vector3, number[]]} */
   fit(items) {
     const [low, high] = [new THREE.Vector3(Infinity, Infinity, Infinity), new THREE.Vector3(-Infinity, -Infinity, -Infinity)];
     const { vertices } = this.pair.object;

@@ -1,9 +1,15 @@
 // The table: the items that pass the filter, sorted. Only the rows in view are in the document.
-"use strict";
+
+import { button, make } from "./dom.js";
+import { lookOf } from "./looks.js";
+import { dotOf } from "./pen.js";
+import { change, derived, looked, model, passing, select, state, watch } from "./state.js";
+import { percent, shown } from "./text.js";
+import { EVIDENCE_WORDS, explain, meaning } from "./words.js";
 
 const ROW = 27;
 
-class TablePanel {
+export class TablePanel {
   constructor(section) {
     this.section = section;
     const [side] = model.sides;
@@ -75,7 +81,7 @@ class TablePanel {
       const [p, q] = [values.get(a), values.get(b)];
       if (column.name === "name") return sign * (a - b);
       if (!column.number) return sign * p.localeCompare(q) || a - b;
-      return Number.isNaN(p) - Number.isNaN(q) || sign * (p - q) || a - b;
+      return Number(Number.isNaN(p)) - Number(Number.isNaN(q)) || sign * (p - q) || a - b;
     });
     for (const cell of this.head.children) {
       const own = cell.dataset.name === column.name;

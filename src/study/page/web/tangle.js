@@ -1,15 +1,23 @@
 // Two landscapes: their trees face to face, with lines between corresponding minima, and a list of what moved.
-"use strict";
+
+import { NONE } from "./data.js";
+import { addTools, button, make, tool } from "./dom.js";
+import { colourOf, familyColour, look, lookOf } from "./looks.js";
+import { Drawing, nearest, OF_ITEMS, rings } from "./pen.js";
+import { childrenOf } from "./route.js";
+import { change, derived, model, select, state, watch } from "./state.js";
+import { plain, shown, sideName, ticks } from "./text.js";
 
 // Rows of each list of what moved.
 const MOST_MOVED = 40;
 
-class TanglePanel {
+export class TanglePanel {
   constructor(section) {
     const energies = model.sides.flatMap(side => Array.from(side.tree.energy));
     const [low, high] = [Math.min(...energies), Math.max(...energies)];
     const margin = 0.05 * (high - low || 1);
-    [this.low, this.high] = [low - margin, high + margin];
+    this.low = low - margin;
+    this.high = high + margin;
     this.children = model.sides.map(side => childrenOf(side.tree));
     this.drawing = new Drawing(
       section,
@@ -147,19 +155,19 @@ function familyStroke(children, node, side, offset) {
 }
 
 // A distance of two minima: that of poses is a length in metres.
-function apart(distance) {
-  return model.sides[0].space?.kind === "pose" ? `${Number((1e3 * distance).toPrecision(3))} mm` : shown(distance);
+export function apart(distance, space) {
+  return space?.kind === "pose" ? `${Number((1e3 * distance).toPrecision(3))} mm` : shown(distance);
 }
 
 // How many minima are in both landscapes, and what counts as the same.
 function alike(count, within) {
   const [one, other] = model.sides.map(side => side.count);
   const are = count === 1 ? "minimum is" : "minima are";
-  return `${count} ${are} the same in both (of ${one} and of ${other}; at most ${apart(within)} apart)`;
+  return `${count} ${are} the same in both (of ${one} and of ${other}; at most ${apart(within, model.sides[0].space)} apart)`;
 }
 
 // What moved, and what is in one of the two only, the largest changes first.
-function showMoved(section) {
+export function showMoved(section) {
   const { matches, possible, only_before, only_after, merges, within, notes } = model.header.difference;
   const [, offset] = model.offsets;
   const link = item =>
@@ -212,7 +220,7 @@ function showMoved(section) {
         link(offset + after),
         shown(energies[0]),
         signed(energies[1] - energies[0]),
-        apart(distance),
+        apart(distance, model.sides[0].space),
       ]),
     ),
     ...list("Only in the first", ["minimum", "energy"], energies(only_before)),

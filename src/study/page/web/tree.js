@@ -1,20 +1,19 @@
 // The disconnectivity graph: energy upward, a leaf for each minimum, a bar where branches meet.
-"use strict";
+
+import { NONE } from "./data.js";
+import { addTools, button, make, tool } from "./dom.js";
+import { familyColour, look, lookOf, range } from "./looks.js";
+import { Drawing, EDGE, nearest, OF_ITEMS, rings } from "./pen.js";
+import { childrenOf, routeInTree, searchesAcross } from "./route.js";
+import { change, derived, looked, model, state, watch } from "./state.js";
+import { plural, shown } from "./text.js";
+import { EVIDENCE_WORDS } from "./words.js";
 
 // Above the tree there is room for the handle of the level line while it is off.
 const CROWN = 30;
 const CHIP = { height: 22, parked: 13 };
 
-const EVIDENCE_WORDS = {
-  saddle: "the lowest pass found; its slope is zero (verified)",
-  seam: "the lowest pass found; it is the lowest point of a seam (verified)",
-  given: "a transition state of another program, not verified here",
-  path: "the lowest pass found; it is the top of a relaxed path",
-  chain: "an upper bound: the pass may lie lower",
-  none: "no path",
-};
-
-class TreePanel {
+export class TreePanel {
   constructor(section) {
     this.side = model.sides[0];
     this.zoom = { from: 0, to: 1 };
@@ -80,7 +79,8 @@ class TreePanel {
     this.hidden = cut ? merges.filter(height => height > usual).length : 0;
     const top = cut ? usual : this.high;
     const margin = 0.06 * (top - this.low || 1);
-    [this.bottom, this.top] = [this.low - margin, top + margin];
+    this.bottom = this.low - margin;
+    this.top = top + margin;
   }
 
   scales(w, h) {
@@ -202,7 +202,7 @@ class TreePanel {
   }
 
   mark(pen) {
-    const inside = ring => rings((item, ...style) => this.inside[item] && ring(item, ...style));
+    const inside = ring => rings((item, stroke, width, gap) => this.inside[item] && ring(item, stroke, width, gap));
     inside((item, stroke, width, gap) => pen.circle(this.at(item), this.radius(item) + gap, { stroke, width }));
     inside(item => this.name(pen, item, { fill: look.ink, weight: 600 }));
   }
@@ -379,46 +379,4 @@ class TreePanel {
     ])
       this.handle.setAttribute("aria-value" + name, value);
   }
-}
-
-// Calls `ring(item, colour, width, gap)` for the items that are marked: pinned, chosen, under the pointer.
-function rings(ring) {
-  for (const item of state.pins) ring(item, look.soft, 1.5, 3);
-  for (const item of state.selected) ring(item, look.route, 2.5, 3);
-  if (state.hover !== null) ring(state.hover, look.ink, 2, 4);
-}
-
-function childrenOf({ parent }) {
-  const children = Array.from(parent, () => []);
-  parent.forEach((above, node) => {
-    if (above !== NONE) children[above].push(node);
-  });
-  return children;
-}
-
-// The nodes on the way up from each of two leaves to the node where they meet, and that node.
-function routeInTree({ parent }, [a, b]) {
-  const nothing = { nodes: [], top: null };
-  if (a === undefined || b === undefined) return nothing;
-  const up = node => {
-    const nodes = [node];
-    while (parent[nodes.at(-1)] !== NONE) nodes.push(parent[nodes.at(-1)]);
-    return nodes;
-  };
-  const [from, to] = [up(a), up(b)];
-  const top = from.find(node => to.includes(node)) ?? null;
-  return top === null ? nothing : { nodes: [...from.slice(0, from.indexOf(top)), ...to.slice(0, to.indexOf(top))], top };
-}
-
-// What independent searches say of a merge, without a full stop.
-function searchesAcross(tree, node) {
-  const searches = tree.searches[node];
-  if (!searches) return "not searched: no search looked for a lower way";
-  const chance = percent(1 - tree.support[node]);
-  const found = `${tree.ended[node]} of ${plural(searches, "independent search", "independent searches")} ended at this height`;
-  return `${found}; the chance that a lower way exists is ${chance}`;
-}
-
-function percent(share) {
-  return Number.isNaN(share) ? "–" : Math.round(100 * share) + " %";
 }

@@ -1,9 +1,15 @@
 // The strip about trust, and the curve of what is still unseen.
-"use strict";
+
+import { FAMILY } from "./basins.js";
+import { make } from "./dom.js";
+import { look } from "./looks.js";
+import { Drawing, EDGE } from "./pen.js";
+import { model } from "./state.js";
+import { sideName } from "./text.js";
 
 const TONES = { good: "●", care: "◐", warning: "▲", note: "○" };
 
-function showTrust(section) {
+export function showTrust(section) {
   const statement = ({ tone, short, long }) =>
     make("details", "", { class: tone, name: "trust" }, make("summary", "", {}, make("i", TONES[tone]), short), make("p", long));
   const name = side => (model.sides.length > 1 ? [make("strong", sideName(side))] : []);
@@ -14,7 +20,7 @@ function showTrust(section) {
   section.replaceChildren(...rows);
 }
 
-class RarefactionPanel {
+export class RarefactionPanel {
   constructor(section) {
     const [side] = model.sides;
     this.curves = Object.entries(side.rarefaction)

@@ -1,5 +1,13 @@
 // The lowest way between two minima: the energy by term along it, and a scrubber that plays it.
-"use strict";
+
+import { button, make } from "./dom.js";
+import { pathCommand } from "./export.js";
+import { look } from "./looks.js";
+import { Drawing, EDGE } from "./pen.js";
+import { routeInTree, routeOf, searchesAcross } from "./route.js";
+import { change, model, state, watch } from "./state.js";
+import { plain, plural, shown } from "./text.js";
+import { EVIDENCE_WORDS } from "./words.js";
 
 // Terms that never reach this part of the highest energy are not drawn.
 const LEAST_SHARE = 0.02;
@@ -10,94 +18,7 @@ const ROOM = 34;
 // What the hand does on a way, by the names in the files.
 const DOES = { __proto__: null, sliding: "slides", rolling: "rolls", regrasping: "regrasps", "letting go": "lets go" };
 
-let lastRoute = { key: "", route: null };
-
-// The way between two chosen items: its minima and points, or null. Ways lead along the edges of the spanning forest.
-function routeOf(selected) {
-  const key = selected.join();
-  if (lastRoute.key !== key) lastRoute = { key, route: foundRoute(selected) };
-  return lastRoute.route;
-}
-
-function foundRoute([from, to]) {
-  if (from === undefined || to === undefined || model.sideOf(from) !== model.sideOf(to)) return null;
-  const [side, a] = model.at(from);
-  const [, b] = model.at(to);
-  const chain = side.ways && chainOf(side.ways, side.count, a, b);
-  if (!chain) return null;
-  const offset = from - a;
-  const route = { side, minima: [from], points: [], stops: [], ways: chain.map(([way]) => way) };
-  const { starts, along, energy } = side.ways;
-  for (const [way, turned] of chain) {
-    const [first, end] = [starts[way], starts[way + 1]];
-    for (let k = first; k < end; k++) {
-      const last = route.points.at(-1);
-      // Each way begins where the one before ended.
-      if (k === first && last) continue;
-      const row = turned ? end - 1 - (k - first) : k;
-      const step = last ? Math.abs(along[row] - along[turned ? row + 1 : row - 1]) : 0;
-      route.points.push({ row, way, along: (last?.along ?? 0) + step, energy: energy[row] });
-    }
-    route.stops.push(route.points.length - 1);
-    route.minima.push(offset + (turned ? side.ways.a[way] : side.ways.b[way]));
-  }
-  route.length = route.points.at(-1).along || 1;
-  route.pass = route.points.reduce((top, point, k) => (point.energy > route.points[top].energy ? k : top), 0);
-  return route;
-}
-
-// The ways from one minimum to another, each with whether it is walked backward; breadth first, in a forest.
-function chainOf(ways, count, from, to) {
-  ways.beside ??= besideOf(ways, count);
-  const came = new Map([[from, null]]);
-  const waiting = [from];
-  for (const at of waiting) {
-    if (at === to) break;
-    for (const [next, way, turned] of ways.beside[at]) {
-      if (came.has(next)) continue;
-      came.set(next, [at, way, turned]);
-      waiting.push(next);
-    }
-  }
-  if (from === to || !came.has(to)) return null;
-  const chain = [];
-  for (let at = to; came.get(at); at = came.get(at)[0]) chain.unshift(came.get(at).slice(1));
-  return chain;
-}
-
-function besideOf(ways, count) {
-  const beside = Array.from({ length: count }, () => []);
-  ways.a.forEach((a, way) => {
-    beside[a].push([ways.b[way], way, false]);
-    beside[ways.b[way]].push([a, way, true]);
-  });
-  return beside;
-}
-
-// The coordinates at a place on a way, 0 to 1.
-function onRoute(route, step) {
-  const { ways, space } = route.side;
-  const along = step * route.length;
-  let k = route.points.findIndex(point => point.along >= along);
-  if (k < 0) k = route.points.length - 1;
-  const at = point => ways.coordinates.subarray(point.row * space.dimensions, (point.row + 1) * space.dimensions);
-  if (k === 0) return at(route.points[0]);
-  const [p, q] = [route.points[k - 1], route.points[k]];
-  const part = q.along > p.along ? (along - p.along) / (q.along - p.along) : 1;
-  return between(at(p), at(q), part, space.kind === "pose");
-}
-
-// The way that is shown: that of the chosen items, while nothing else is under the pointer.
-function shownRoute() {
-  return state.hover === null ? routeOf(state.selected) : null;
-}
-
-// The item that the view shows: the one that is looked at, or the start of the way.
-function shownItem() {
-  return shownRoute() && state.step < 1 ? state.selected[0] : looked();
-}
-
-class WayPanel {
+export class WayPanel {
   constructor(section) {
     this.section = section;
     this.words = make("p", "", { class: "words" });

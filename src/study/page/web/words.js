@@ -1,5 +1,8 @@
 // What the words of the page mean: shown beside headings and heads of columns, under the pointer and at the focus.
-"use strict";
+
+import { tip } from "./dom.js";
+import { model } from "./state.js";
+import { plain, plural, shown } from "./text.js";
 
 const MEANINGS = {
   __proto__: null,
@@ -55,8 +58,17 @@ const GRASPS = {
   members: "How many grasps descended to this minimum.",
 };
 
+export const EVIDENCE_WORDS = {
+  saddle: "the lowest pass found; its slope is zero (verified)",
+  seam: "the lowest pass found; it is the lowest point of a seam (verified)",
+  given: "a transition state of another program, not verified here",
+  path: "the lowest pass found; it is the top of a relaxed path",
+  chain: "an upper bound: the pass may lie lower",
+  none: "no path",
+};
+
 // Lets an element explain itself, under the pointer and at the focus of the keyboard.
-function explain(element, words) {
+export function explain(element, words) {
   if (!words) return element;
   if (!element.matches("button")) element.tabIndex = 0;
   element.classList.add("explained");
@@ -73,13 +85,39 @@ function explain(element, words) {
 }
 
 // The meaning of a name on this page.
-function meaning(name) {
+export function meaning(name) {
   return (model.sides[0].space?.kind === "pose" && (model.sides[0].item === "grasp" || name !== "name") && GRASPS[name]) || MEANINGS[name];
 }
 
-function explainHeadings() {
+export function explainHeadings(panels) {
   for (const heading of document.querySelectorAll(".panel:not([hidden]) > h2, #way > h2, #pins > h2")) {
     const own = panels[heading.parentElement.id]?.meaning;
     explain(heading, own ?? meaning(heading.parentElement.id));
   }
+}
+
+// A group with the name that a person would give it, if the landscape has one.
+export function groupName(side, group) {
+  const name = side.group_names?.find(one => one.group === group)?.name;
+  return name ? `g${group}: ${name}` : `g${group}`;
+}
+
+// What is said of an item beside the pointer.
+export function described(item) {
+  const [side] = model.at(item);
+  const label = plain(model.text("label", item));
+  const stable = model.number("stable", item);
+  const number = (field, words) => {
+    const value = model.number(field, item);
+    return Number.isNaN(value) ? null : `${words} ${shown(value)}`;
+  };
+  const grasps = side.item === "minimum" && side.space?.kind === "pose";
+  return [
+    model.name(item) + (label ? ` · ${label}` : ""),
+    number("energy", "energy"),
+    number("epsilon", "ε"),
+    Number.isNaN(stable) ? null : stable ? "held in simulation" : "fell in simulation",
+    grasps ? `${plural(model.number("members", item), "grasp", "grasps")}, group ${groupName(side, model.number("group", item))}` : null,
+    number("joins", "joins others at"),
+  ].filter(line => line);
 }
