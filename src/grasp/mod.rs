@@ -15,6 +15,7 @@ pub mod grip;
 pub mod hover;
 pub mod kernel;
 pub mod layer;
+pub mod paper;
 pub mod spread;
 pub mod start;
 pub mod synthesis;
