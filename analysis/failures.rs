@@ -17,8 +17,8 @@ use std::sync::Arc;
 
 use between_points::passes_between_points;
 use landscape::figure::{Image, Scene, contact_sheet};
-use landscape::grasp::depth::object_inside_hand_m;
 use landscape::grasp::Judgement;
+use landscape::grasp::depth::object_inside_hand_m;
 use landscape::grasp::filter::STRICT_FRICTION;
 use landscape::grasp::paper::PaperSettings;
 use landscape::hand::{Hand, PosedHand, Skin};

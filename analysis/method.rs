@@ -70,12 +70,7 @@ impl Method {
     }
 
     /// Runs chain number `chain`; `observe` sees every state.
-    pub(crate) fn run(
-        &self,
-        seed: u64,
-        chain: u64,
-        observe: &mut dyn FnMut(u32, &State),
-    ) -> End {
+    pub(crate) fn run(&self, seed: u64, chain: u64, observe: &mut dyn FnMut(u32, &State)) -> End {
         match self {
             Self::Paper(energy) => {
                 let end = sample(energy, seed, chain, observe);

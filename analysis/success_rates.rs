@@ -141,7 +141,11 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn key(name: &str, line: &Line, size: Size) -> String {
-    let candidates = if line.fingertips_only { "fingertips" } else { "all" };
+    let candidates = if line.fingertips_only {
+        "fingertips"
+    } else {
+        "all"
+    };
     format!(
         "{name},{},{},{candidates},{}",
         line.object, line.contacts, size.chains

@@ -128,11 +128,7 @@ fn panel(series: &Series, truth: Truth) -> Panel {
     Panel {
         legend: Some(Corner::LowerRight),
         ..Panel::new(
-            &format!(
-                "{}: {trapped} of {count} {}",
-                series.name,
-                truth.name()
-            ),
+            &format!("{}: {trapped} of {count} {}", series.name, truth.name()),
             Axis::linear("share of the others taken for such").with_range(0.0, 1.0),
             Axis::linear("share of them found").with_range(0.0, 1.0),
             lines,

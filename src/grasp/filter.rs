@@ -77,10 +77,7 @@ impl Judgement {
     pub fn strict_objection(&self) -> Option<&'static str> {
         let checks = [
             (self.gap_m <= MOST_GAP_M, "a contact too far off"),
-            (
-                self.deepest_m < MOST_PRESSING_M,
-                "too deep in the object",
-            ),
+            (self.deepest_m < MOST_PRESSING_M, "too deep in the object"),
             (self.self_penetration_m < 0.003, "too deep in itself"),
             (self.joint_excess_rad <= 1e-3, "beyond joint limits"),
             (self.digits >= 2, "one digit only"),
@@ -188,13 +185,10 @@ impl<'a> Scale<'a> {
             posed,
             joints_rad: grasp.pose.joints(),
             object,
-            near: &[],
             proximity: &proximity,
-            contacts: &[],
             layer: &Layer::default(),
             near_spheres: &[],
             unit_m: self.unit_m,
-            distance_factor: 1.0,
         };
 
         let measured = self.measure_posed(posed, &grasp.contacts);
@@ -289,8 +283,8 @@ pub(crate) fn passes_strict(energy: &GraspEnergy, grasp: &Grasp) -> bool {
 /// The judgement with what the elastic layer says.
 fn with_layer(energy: &GraspEnergy, grasp: &Grasp, judgement: Judgement) -> Judgement {
     Judgement {
-        compliance: energy.compliance(&grasp.pose),
-        withstands_loads: energy.withstands_loads(&grasp.pose),
+        compliance: Some(energy.compliance(&grasp.pose)),
+        withstands_loads: Some(energy.withstands_loads(&grasp.pose)),
         ..judgement
     }
 }

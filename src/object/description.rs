@@ -122,9 +122,6 @@ pub struct Object {
     pub description: Description,
     /// Points spread evenly over the surface. Each prefix of the list is evenly spread too.
     pub surface_samples: Vec<SurfaceSample>,
-    /// Ascending indices of the samples that are tested against the hand: the first few hundred, and all where the object
-    /// is thin.
-    pub held_samples: Vec<u32>,
     /// Share of the surface where the object is thinner than a finger (15 mm): 1 for a bowl, 0 for a solid bottle.
     pub thin_share: f64,
     /// Notes for the user, such as repairs of the mesh or a doubtful size; one sentence each.
@@ -238,7 +235,6 @@ impl Object {
             let report = *field.report();
             (Arc::new(field) as Arc<dyn Shape>, Some(report))
         };
-        let held_samples = held(&surface_samples, &*shape);
         Ok(Self {
             name: name.to_owned(),
             field_report,
@@ -250,7 +246,6 @@ impl Object {
             description: description.clone(),
             thin_share: thin_share(&surface_samples[..HELD_EVERYWHERE], &*shape),
             surface_samples,
-            held_samples,
             shape,
             exact,
             mesh,
@@ -390,15 +385,6 @@ impl Description {
         let mut shapes = self.primitive.iter().chain(&self.parts);
         shapes.try_for_each(|shape| shape.check(name))
     }
-}
-
-/// Indices of the samples that are tested against the hand.
-fn held(samples: &[SurfaceSample], shape: &dyn Shape) -> Vec<u32> {
-    (0u32..)
-        .zip(samples)
-        .filter(|(number, sample)| (*number as usize) < HELD_EVERYWHERE || is_thin(sample, shape))
-        .map(|(number, _)| number)
-        .collect()
 }
 
 /// Share of the samples at which the object is thin.

@@ -136,7 +136,7 @@ impl Part {
 
 impl Touch {
     fn at(energy: &GraspEnergy, layer: &Layer, x: &[f64]) -> Option<Self> {
-        let settings = energy.settings().layer?;
+        let settings = energy.settings().layer;
         let (hand, object) = (energy.hand(), energy.object());
         let mut posed = PosedHand::default();
         hand.pose(x, &mut posed);

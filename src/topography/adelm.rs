@@ -237,7 +237,6 @@ pub(super) fn leave(
             let reached = Minimum {
                 coordinates: end.x,
                 energy: end.energy,
-                choice: Vec::new(),
                 members: Vec::new(),
             };
             return (Some((reached, kept)), 1 + walk.steps + quenching);

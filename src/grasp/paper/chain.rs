@@ -234,7 +234,12 @@ mod tests {
             let (_, last) = &seen[200];
             assert_eq!(last.discrete, end.raw.contacts);
             assert_eq!(end.raw.contacts, end.refined.contacts);
-            assert!(end.raw.contacts.iter().all(|c| energy.candidates().contains(c)));
+            assert!(
+                end.raw
+                    .contacts
+                    .iter()
+                    .all(|c| energy.candidates().contains(c))
+            );
             assert!(end.energy < last.energy, "{} {}", end.energy, last.energy);
             assert_eq!(end, sample(&energy, 1, 2, &mut |_, _| ()));
         }

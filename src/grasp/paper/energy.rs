@@ -134,14 +134,19 @@ impl PaperEnergy {
                 }
             })
             .collect();
-        let inside = self.hand.surface.iter().enumerate().filter_map(|(index, at)| {
-            let point = self.hand.surface_point(posed, index);
-            if shape.distance(&point) >= 0.0 {
-                return None;
-            }
-            let (distance_m, gradient) = shape.gradient(&point);
-            Some((at.link, point, distance_m, gradient))
-        });
+        let inside = self
+            .hand
+            .surface
+            .iter()
+            .enumerate()
+            .filter_map(|(index, at)| {
+                let point = self.hand.surface_point(posed, index);
+                if shape.distance(&point) >= 0.0 {
+                    return None;
+                }
+                let (distance_m, gradient) = shape.gradient(&point);
+                Some((at.link, point, distance_m, gradient))
+            });
         let scene = Scene {
             reading: self.settings.reading,
             contacts: &contacts,
@@ -229,9 +234,8 @@ mod tests {
                     let x = start_pose_facing(&hand, sample, &mut rng);
                     let mut contacts = Vec::new();
                     while contacts.len() < settings.contacts {
-                        contacts.push(
-                            energy.candidates[rng.random_range(0..energy.candidates.len())],
-                        );
+                        contacts
+                            .push(energy.candidates[rng.random_range(0..energy.candidates.len())]);
                     }
                     compare(&energy, &x, &contacts);
                 }

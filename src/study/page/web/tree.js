@@ -7,7 +7,6 @@ const CHIP = { height: 22, parked: 13 };
 
 const EVIDENCE_WORDS = {
   saddle: "the lowest pass found; its slope is zero (verified)",
-  seam: "the lowest pass found; it is the lowest point of a seam (verified)",
   given: "a transition state of another program, not verified here",
   path: "the lowest pass found; it is the top of a relaxed path",
   chain: "an upper bound: the pass may lie lower",
