@@ -141,8 +141,8 @@ fn measure(
     let mass_kg = description.mass_of(mesh);
     let solid = Solid::new(mesh, Build::Pieces);
     let object = Arc::new(Object::from_mesh(object, mesh.clone(), description)?);
-    let energy = GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::closed())?;
-    let (settings, refine) = (SynthesisSettings::closed(), QuenchSettings::default());
+    let energy = GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::default())?;
+    let (settings, refine) = (SynthesisSettings::default(), QuenchSettings::default());
     let labeller = Labeller::new(&hand, &object, Rule::standard());
     let at_once = Drop {
         settle_s: 0.0,

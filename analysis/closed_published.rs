@@ -201,9 +201,9 @@ fn measure(
 ) -> Result<Found, Box<dyn Error>> {
     let object = scene.object.clone();
     let started = Instant::now();
-    let energy = GraspEnergy::new(hand.clone(), object, EnergySettings::closed())?;
+    let energy = GraspEnergy::new(hand.clone(), object, EnergySettings::default())?;
     let ready_s = started.elapsed().as_secs_f64();
-    let (settings, refine) = (SynthesisSettings::closed(), QuenchSettings::default());
+    let (settings, refine) = (SynthesisSettings::default(), QuenchSettings::default());
     let before_s = cpu_s();
     let ends: Vec<Synthesized> = (0..chains)
         .into_par_iter()

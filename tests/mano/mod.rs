@@ -7,7 +7,7 @@ mod model;
 use std::fs;
 use std::sync::{Arc, LazyLock};
 
-use landscape::energy::{Energy, Piecewise};
+use landscape::energy::{Energy, Explain};
 use landscape::grasp::{EnergySettings, Grasp, GraspEnergy, judge};
 use landscape::hand::{Hand, HandFiles, PosedHand, Wrench};
 use landscape::object::Object;
@@ -235,32 +235,31 @@ fn compare(
     }
 }
 
-/// The energy of a grasp has its gradient; every term that acts on points is nonzero.
+/// The energy of a grasp has its gradient; the layer is in the object.
 #[test]
 fn the_energy_of_a_grasp_has_its_gradient() {
     let hand = Arc::new(hand("{}"));
     let object = Arc::new(Object::named("ball").unwrap());
     let radius = object.radius_m;
     let palm = hand.palm;
-    let energy = GraspEnergy::new(hand, object, EnergySettings::four_points()).unwrap();
+    let energy = GraspEnergy::new(hand, object, EnergySettings::default()).unwrap();
     let mut x = energy.hand().rest_coordinates();
     // Pressed into the palm.
     let facing = palm.centre + palm.volar * (0.7 * radius);
     x[..3].copy_from_slice((energy.object().centroid - facing).as_slice());
-    let choice = energy.active_piece(&x);
     let mut gradient = vec![0.0; energy.space().tangents()];
-    let value = energy.evaluate_piece(&x, &choice, &mut gradient);
-    let terms = energy.terms_of(&x, &choice);
+    let value = energy.evaluate(&x, &mut gradient);
+    let terms = energy.terms(&x);
     assert!(
         terms
             .iter()
-            .any(|(name, value)| name == "penetration" && *value > 0.0),
+            .any(|(name, value)| name == "pressing" && *value > 0.0),
         "{terms:?}"
     );
     assert!(value.is_finite());
     let at = |x: &[f64]| {
         let mut gradient = vec![0.0; gradient.len()];
-        energy.evaluate_piece(x, &choice, &mut gradient)
+        energy.evaluate(x, &mut gradient)
     };
     compare(energy.space(), &x, &gradient, &at, 2e-4);
 }
@@ -272,8 +271,7 @@ fn depths_are_those_of_the_drawn_skin() {
     let hand = Arc::new(hand("{}"));
     let object = Arc::new(Object::named("ball").unwrap());
     let skin = hand.skin();
-    let energy =
-        GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::four_points()).unwrap();
+    let energy = GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::default()).unwrap();
     let mut posed = PosedHand::default();
     let mut overlaps = 0;
     for seed in 0..6u8 {

@@ -31,7 +31,6 @@ fn minima(file: &GraspFile, count: usize) -> Vec<MinimumRow> {
         let mut row = MinimumRow {
             energy: grasp.energy,
             coordinates: grasp.grasp.pose.to_vec(),
-            choice: grasp.grasp.contacts.clone(),
             members: vec![k as u64],
             ..MinimumRow::default()
         };

@@ -276,6 +276,7 @@ fn apart(tree: &Tree) -> Option<Statement> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::topography::Node;
 
     /// Nothing of an imported landscape was verified.
     #[test]

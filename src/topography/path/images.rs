@@ -418,7 +418,6 @@ mod tests {
                 ..BandSettings::for_scales(50.0, 1.0)
             },
             longest: 0.05,
-            ceiling: f64::INFINITY,
         };
         Images::new(energy, &ENDS.map(|end| end.to_vec()), 12, manner)
     }
