@@ -69,11 +69,19 @@ impl Method {
         }
     }
 
-    /// Runs chain number `chain`; `observe` sees every state.
-    pub(crate) fn run(&self, seed: u64, chain: u64, observe: &mut dyn FnMut(u32, &State)) -> End {
+    /// Runs chain number `chain`; `observe` sees every step and can have its grasp.
+    pub(crate) fn run(
+        &self,
+        seed: u64,
+        chain: u64,
+        observe: &mut dyn FnMut(u32, &dyn Fn() -> Grasp),
+    ) -> End {
         match self {
             Self::Paper(energy) => {
-                let end = sample(energy, seed, chain, observe);
+                let end = sample(energy, seed, chain, &mut |n, state| {
+                    let contacts = || state.contacts.clone();
+                    observe(n, &|| Grasp::new(state.coordinates.clone(), contacts()));
+                });
                 End {
                     chain,
                     steps: energy.settings().steps.into(),
@@ -84,6 +92,9 @@ impl Method {
             }
             Self::Closed(energy, synthesis) => {
                 let refine = QuenchSettings::default();
+                let observe = &mut |n, state: &State| {
+                    observe(n, &|| Grasp::best(energy, state.coordinates.clone()));
+                };
                 let end = synthesize_observed(energy, synthesis, &refine, seed, chain, observe);
                 End {
                     chain,
@@ -93,15 +104,6 @@ impl Method {
                     energy: end.energy,
                 }
             }
-        }
-    }
-
-    /// The grasp of a state of a chain.
-    pub(crate) fn grasp(&self, state: &State) -> Grasp {
-        let pose = state.coordinates.clone();
-        match self {
-            Self::Paper(_) => Grasp::new(pose, state.discrete.clone()),
-            Self::Closed(energy, _) => Grasp::best(energy, pose),
         }
     }
 

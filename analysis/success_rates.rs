@@ -20,11 +20,10 @@ use std::sync::Arc;
 
 use interval::interval;
 use landscape::figure::chart::{Axis, Chart, Corner, Panel, Series};
-use landscape::grasp::Judgement;
 use landscape::grasp::paper::PaperSettings;
+use landscape::grasp::{Grasp, Judgement};
 use landscape::hand::Hand;
 use landscape::object::Object;
-use landscape::sample::State;
 use method::Method;
 use rayon::prelude::*;
 use table::Table;
@@ -289,18 +288,18 @@ fn measure(name: &str, line: &Line, size: Size) -> Result<Vec<[f64; 4]>, Box<dyn
 
 /// For one chain, 1 or 0 for each test at each checkpoint and after refinement.
 fn follow(method: &Method, at: &[u32], chain: u64) -> Vec<[f64; 3]> {
-    let mut seen: Vec<State> = Vec::new();
-    let end = method.run(SEED, chain, &mut |n, state| {
+    let mut seen: Vec<Grasp> = Vec::new();
+    let end = method.run(SEED, chain, &mut |n, grasp| {
         if at.get(seen.len()) == Some(&n) {
-            seen.push(state.clone());
+            seen.push(grasp());
         }
     });
-    let raw = |state: &State| passes(&method.judge(&method.grasp(state)));
+    let raw = |grasp: &Grasp| passes(&method.judge(grasp));
     let refined = passes(&method.judge(&end.refined));
     let at_end = raw(seen.last().expect("the first step is a checkpoint"));
     let ended = |step: u32| u64::from(step) >= end.steps;
     let along = at.iter().enumerate().map(|(k, step)| match seen.get(k) {
-        Some(state) if !ended(*step) => raw(state),
+        Some(grasp) if !ended(*step) => raw(grasp),
         _ => at_end,
     });
     along

@@ -27,11 +27,10 @@ const UNIT_TOLERANCE: f64 = 1e-3;
 /// Number of points on the object's surface.
 const SURFACE_SAMPLES: usize = 2_000;
 
-/// The first samples of this number are always tested against the hand: about one per square centimetre on a bottle.
-const HELD_EVERYWHERE: usize = 384;
+/// Number of samples that tell how thin an object is: about one per square centimetre on a bottle.
+const THICKNESS_SAMPLES: usize = 384;
 
-/// Samples are also tested where the object is thinner than this, metres. A finger is about as thick, so it could enclose a
-/// wall between two samples, and a finger pressed through such a wall does not come back on the side it came from.
+/// The object is thin where it is thinner than this, about a finger, metres.
 const THIN_M: f64 = 0.015;
 
 /// Shortest step of the search for the opposite side of the object, metres.
@@ -244,7 +243,7 @@ impl Object {
             mass_kg: description.mass_of(&mesh),
             notes: size_note(name, &mesh).into_iter().collect(),
             description: description.clone(),
-            thin_share: thin_share(&surface_samples[..HELD_EVERYWHERE], &*shape),
+            thin_share: thin_share(&surface_samples[..THICKNESS_SAMPLES], &*shape),
             surface_samples,
             shape,
             exact,

@@ -158,7 +158,7 @@ pub struct Manifest {
     pub counts: Counts,
     /// Number of edges with each kind of evidence.
     pub evidence: BTreeMap<String, u64>,
-    /// Named results that have no table: hover cost, agreement with labels ….
+    /// Named results that have no table: agreement with labels ….
     pub findings: BTreeMap<String, Value>,
     /// Warnings for the reader of the results.
     pub warnings: Vec<String>,

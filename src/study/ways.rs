@@ -42,7 +42,7 @@ impl Way {
         }
     }
 
-    /// What a path is; `None` for an energy without an elastic layer, which does not tell what touches.
+    /// What a path is; `None` if nothing tells.
     pub fn of(energy: &GraspEnergy, path: &Path) -> Option<Self> {
         let cost = letting_go(energy.settings())?;
         let mut steps = Vec::with_capacity(path.images.len());

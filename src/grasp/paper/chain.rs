@@ -11,7 +11,7 @@ use super::{PaperEnergy, Reading};
 use crate::grasp::Grasp;
 use crate::grasp::energy::AUTHORS_UNIT_M;
 use crate::optimize::{QuenchSettings, quench};
-use crate::sample::{Rng, State, Task, standard_normal, stream};
+use crate::sample::{Rng, Task, standard_normal, stream};
 use crate::space::{Space, joints_of, pose_coordinates, quaternion_of, translation_of};
 
 /// Temperature and step size at energy zero.
@@ -32,6 +32,19 @@ const CONTACT_PROBABILITY: f64 = 0.15;
 const REFINEMENT_STEPS: u32 = 1000;
 const REFINEMENT_TEMPERATURE: f64 = 1e-3;
 const REFINEMENT_STEP: f64 = 0.1;
+
+/// A state of a chain.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct State {
+    /// Pose of the hand.
+    pub coordinates: Vec<f64>,
+    /// Contact set.
+    pub contacts: Vec<u32>,
+    /// Energy of both.
+    pub energy: f64,
+    /// Derivative of the energy along each tangent of the pose.
+    gradient: Vec<f64>,
+}
 
 /// The result of a chain.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,7 +70,7 @@ pub fn sample(
     let mut rng = stream(seed, Task::Synthesis, chain);
     let mut walker = Walker::new(energy, &mut rng);
     walker.run(energy.settings().steps, &mut rng, observe);
-    let grasp = |state: &State| Grasp::new(state.coordinates.clone(), state.discrete.clone());
+    let grasp = |state: &State| Grasp::new(state.coordinates.clone(), state.contacts.clone());
     let raw = grasp(&walker.state);
     let (refined, height) = match energy.settings().reading {
         Reading::Printed => {
@@ -99,7 +112,7 @@ impl<'a> Walker<'a> {
         }
         let mut state = State {
             coordinates,
-            discrete: contacts,
+            contacts,
             ..State::default()
         };
         evaluate(energy, &mut state);
@@ -122,8 +135,8 @@ impl<'a> Walker<'a> {
                 self.propose_pose(BASE + STEP_SLOPE * self.state.energy, rng);
             } else {
                 self.proposal.clone_from(&self.state);
-                let slot = rng.random_range(0..self.proposal.discrete.len());
-                self.proposal.discrete[slot] = draw(self.energy.candidates(), rng);
+                let slot = rng.random_range(0..self.proposal.contacts.len());
+                self.proposal.contacts[slot] = draw(self.energy.candidates(), rng);
             }
             if self.decide(temperature, rng) {
                 rejections = 0;
@@ -170,7 +183,7 @@ impl<'a> Walker<'a> {
 
 fn evaluate(energy: &PaperEnergy, state: &mut State) {
     state.gradient.resize(energy.space().tangents(), 0.0);
-    state.energy = energy.evaluate(&state.coordinates, &state.discrete, &mut state.gradient);
+    state.energy = energy.evaluate(&state.coordinates, &state.contacts, &mut state.gradient);
 }
 
 fn draw(candidates: &[u32], rng: &mut Rng) -> u32 {
@@ -232,7 +245,7 @@ mod tests {
             let offset = (offset - ball.centroid).norm();
             assert!(offset > 0.01 && offset < 0.6, "{offset}");
             let (_, last) = &seen[200];
-            assert_eq!(last.discrete, end.raw.contacts);
+            assert_eq!(last.contacts, end.raw.contacts);
             assert_eq!(end.raw.contacts, end.refined.contacts);
             assert!(
                 end.raw

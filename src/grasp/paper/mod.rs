@@ -8,7 +8,7 @@ mod chain;
 mod energy;
 mod term;
 
-pub use chain::{Sample, sample};
+pub use chain::{Sample, State, sample};
 pub use energy::{Held, PaperEnergy};
 use serde::{Deserialize, Serialize};
 
