@@ -16,9 +16,9 @@ use landscape::sample::State;
 /// A way of running chains of a hand on an object.
 pub(crate) enum Method {
     /// The paper's method, as printed or as released.
-    Paper(PaperEnergy),
+    Paper(Box<PaperEnergy>),
     /// The default energy and sampler.
-    Closed(Box<GraspEnergy>, SynthesisSettings),
+    Closed(Box<GraspEnergy>, Box<SynthesisSettings>),
 }
 
 /// The end of a chain, before and after refinement.
@@ -33,7 +33,11 @@ pub(crate) struct End {
 
 impl Method {
     pub(crate) fn paper(hand: &Arc<Hand>, object: &Arc<Object>, settings: PaperSettings) -> Self {
-        Self::Paper(PaperEnergy::new(hand.clone(), object.clone(), settings))
+        Self::Paper(Box::new(PaperEnergy::new(
+            hand.clone(),
+            object.clone(),
+            settings,
+        )))
     }
 
     pub(crate) fn closed(
@@ -42,7 +46,7 @@ impl Method {
     ) -> Result<Self, EnergySettingsError> {
         let energy = GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::default())?;
         let synthesis = SynthesisSettings::default();
-        Ok(Self::Closed(Box::new(energy), synthesis))
+        Ok(Self::Closed(Box::new(energy), Box::new(synthesis)))
     }
 
     pub(crate) fn name(&self) -> &'static str {

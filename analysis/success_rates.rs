@@ -56,8 +56,11 @@ const FINGERTIPS: Line = Line {
     ..line("fingertips", "ball", 3)
 };
 
-/// The panels of the paper's method: titles and lines.
-const PANELS: [(&str, &[Line]); 3] = [
+/// A panel: its title and its lines.
+type Lines = (&'static str, &'static [Line]);
+
+/// The panels of the paper's method.
+const PANELS: [Lines; 3] = [
     (
         "ball, 3 contacts",
         &[line("all surface points", "ball", 3), FINGERTIPS],
@@ -77,13 +80,13 @@ const PANELS: [(&str, &[Line]); 3] = [
 ];
 
 /// Chains of the default energy, which has no contact set: a panel of its own.
-const CLOSED: [(&str, &[Line]); 1] = [(
+const CLOSED: [Lines; 1] = [(
     "ball and bottle, after rough descents",
     &[line("ball", "ball", 0), line("bottle", "bottle_round", 0)],
 )];
 
 /// Names of the methods, their panels, and the index of the reading of Eq. 11 that is drawn.
-const METHODS: [(&str, &[(&str, &[Line])], usize); 3] = [
+const METHODS: [(&str, &[Lines], usize); 3] = [
     ("as printed", &PANELS, 1),
     ("as released", &PANELS, 2),
     ("closed", &CLOSED, 1),

@@ -235,3 +235,16 @@ fn wrong_uses_are_found() {
     ];
     assert_eq!(found, expected);
 }
+
+/// The method of the paper is for the figures that compare with it: no other module names it.
+#[test]
+fn nothing_uses_the_room_of_the_paper() {
+    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut files = BTreeMap::new();
+    add_files(&sources, "", &mut files);
+    files.retain(|name, _| name.ends_with(".rs") && !name.starts_with("grasp/paper/"));
+    for (name, text) in files {
+        let code = code(&text, &mut Vec::new());
+        assert!(!code.contains("paper::"), "{name} names grasp::paper");
+    }
+}

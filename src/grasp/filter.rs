@@ -281,10 +281,8 @@ pub(crate) fn passes_strict(energy: &GraspEnergy, grasp: &Grasp) -> bool {
 }
 
 /// The judgement with what the elastic layer says.
-fn with_layer(energy: &GraspEnergy, grasp: &Grasp, judgement: Judgement) -> Judgement {
-    Judgement {
-        compliance: Some(energy.compliance(&grasp.pose)),
-        withstands_loads: Some(energy.withstands_loads(&grasp.pose)),
-        ..judgement
-    }
+fn with_layer(energy: &GraspEnergy, grasp: &Grasp, mut judgement: Judgement) -> Judgement {
+    judgement.compliance = Some(energy.compliance(&grasp.pose));
+    judgement.withstands_loads = Some(energy.withstands_loads(&grasp.pose));
+    judgement
 }
