@@ -9,10 +9,10 @@ use std::sync::{Arc, LazyLock};
 
 use landscape::energy::{Energy, Explain};
 use landscape::grasp::{EnergySettings, Grasp, GraspEnergy, judge};
-use landscape::hand::{Hand, HandFiles, PosedHand, Wrench};
+use landscape::hand::{Hand, HandFiles, PosedHand};
 use landscape::object::Object;
 use landscape::sample::{Task, stream};
-use landscape::space::{PoseSpace, Space, Symmetry};
+use landscape::space::Space;
 use model::{Model, POSES, archive, npy};
 use nalgebra::Vector3;
 use rand::RngExt;
@@ -164,49 +164,6 @@ fn compressed_archives_are_read() {
         [CompressionMethod::Stored, CompressionMethod::Deflated].map(|method| MODEL.packed(method));
     assert!(deflated.len() < stored.len());
     assert_eq!(read(&deflated, "{}"), read(&stored, "{}"));
-}
-
-/// The pull-back of forces on points and moments on normals of a bent hand agrees with central differences.
-#[test]
-fn forces_are_pulled_back_through_skinning_and_corrections() {
-    for side in ["{}", r#"{"mano": {"components": 15}}"#] {
-        let hand = hand(side);
-        let metric = hand.pose_metric();
-        let space = PoseSpace::new(metric.clone(), Symmetry::None);
-        let target = Vector3::new(0.05, -0.02, 0.11);
-        let chosen = [3u32, 77, 200, 401, 555, 640, 700, 770];
-        let energy = |x: &[f64]| {
-            let mut posed = PosedHand::default();
-            hand.pose(x, &mut posed);
-            let points = posed.points.iter().enumerate();
-            let squares: f64 = points
-                .map(|(i, p)| (1.0 + i as f64 / 500.0) * (p - target).norm_squared())
-                .sum();
-            let normals = chosen
-                .iter()
-                .map(|&i| hand.point_normal(&posed, i as usize).dot(&target));
-            squares + normals.sum::<f64>()
-        };
-        let mut x = hand.rest_coordinates();
-        let tangent: Vec<f64> = (0..space.tangents())
-            .map(|i| 0.02 * libm::sin((i * i) as f64))
-            .collect();
-        space.exp(&mut x, &tangent);
-        let mut posed = PosedHand::default();
-        hand.pose(&x, &mut posed);
-        let mut wrenches = vec![Wrench::default(); hand.links.len()];
-        let forces: Vec<(u32, Vector3<f64>)> = (posed.points.iter().zip(0u32..))
-            .map(|(p, i)| (i, (p - target) * 2.0 * (1.0 + f64::from(i) / 500.0)))
-            .collect();
-        let moments: Vec<(u32, Vector3<f64>)> = (chosen.iter())
-            .map(|&i| (i, hand.point_normal(&posed, i as usize).cross(&target)))
-            .collect();
-        hand.gather(&posed, &forces, &moments, &mut wrenches);
-        let mut gradient = vec![0.0; space.tangents()];
-        let none = vec![0.0; hand.joints.len()];
-        hand.pull_back(&posed, &wrenches, &none, &metric, &mut gradient);
-        compare(&space, &x, &gradient, &energy, 1e-6);
-    }
 }
 
 /// Compares each derivative with a central difference.
