@@ -1,6 +1,6 @@
 //! Do the minima of the energy of an elastic layer hold? → `figures/closed_hands.md`
 //!
-//! Chains with the preset `closed` for the human hand on every object that comes with the program and on the scans in the
+//! Chains with the default energy for the human hand on every object that comes with the program and on the scans in the
 //! folder `objects` of `LANDSCAPE_TEST_DATA`, if it is set, and for other hands on three objects. What passes the strict
 //! filter is dropped in simulation, and those of the human hand are pushed in six directions, too; nothing is closed or
 //! chosen afterwards. The seed and the number of chains may be given: `--example closed_hands 7 64`. Times are printed to
@@ -63,7 +63,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let seed: u64 = arguments.next().map_or(Ok(0), |text| text.parse())?;
     let chains: u64 = arguments.next().map_or(Ok(48), |text| text.parse())?;
     let mut text = format!(
-        "# Closed hands\n\nEach row has {chains} chains with the preset `closed` and seed {seed}, made by \
+        "# Closed hands\n\nEach row has {chains} chains with the default energy and seed {seed}, made by \
          `cargo run --release --example closed_hands {seed} {chains}`. Kept are those that pass the strict filter. Of \
          these, the table gives the share that holds in the drop test with its 95 % interval, the share that holds when \
          the object is let go at once, the share of those of the human hand that hold when they squeeze and the object is pushed \
@@ -141,8 +141,8 @@ fn measure(
     let mass_kg = description.mass_of(mesh);
     let solid = Solid::new(mesh, Build::Pieces);
     let object = Arc::new(Object::from_mesh(object, mesh.clone(), description)?);
-    let energy = GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::closed())?;
-    let (settings, refine) = (SynthesisSettings::closed(), QuenchSettings::default());
+    let energy = GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::default())?;
+    let (settings, refine) = (SynthesisSettings::default(), QuenchSettings::default());
     let labeller = Labeller::new(&hand, &object, Rule::standard());
     let at_once = Drop {
         settle_s: 0.0,

@@ -1,7 +1,7 @@
 //! Do the minima of the energy of an elastic layer hold for published hands, and what do they cost? →
 //! `figures/closed_published.md`
 //!
-//! Chains with the preset `closed` for the human hand, the gripper with three fingers and four published hands in the
+//! Chains with the default energy for the human hand, the gripper with three fingers and four published hands in the
 //! folder `hands` of `LANDSCAPE_TEST_DATA`, each on four objects. What passes the strict filter is dropped in simulation.
 //! The seed and the number of chains may be given, then parts of names of hands or paths, or `all` for every known hand:
 //! `--example closed_published 7 48 allegro barrett`. With names nothing is written to files.
@@ -88,7 +88,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let chains: u64 = arguments.next().map_or(Ok(48), |text| text.parse())?;
     let wanted: Vec<String> = arguments.collect();
     let mut text = format!(
-        "# Closed hands of meshes and boxes\n\nEach row has {chains} chains with the preset `closed` and seed {seed}, made by \
+        "# Closed hands of meshes and boxes\n\nEach row has {chains} chains with the default energy and seed {seed}, made by \
          `LANDSCAPE_TEST_DATA=… cargo run --release --example closed_published {seed} {chains}`. Kept are those that pass the \
          strict filter. Of these, the table gives the share that holds in the drop test with its 95 % interval, and the depth \
          that 95 % stay below. The price is the processor time of a kept grasp, without judging and dropping it, divided by \
@@ -201,9 +201,9 @@ fn measure(
 ) -> Result<Found, Box<dyn Error>> {
     let object = scene.object.clone();
     let started = Instant::now();
-    let energy = GraspEnergy::new(hand.clone(), object, EnergySettings::closed())?;
+    let energy = GraspEnergy::new(hand.clone(), object, EnergySettings::default())?;
     let ready_s = started.elapsed().as_secs_f64();
-    let (settings, refine) = (SynthesisSettings::closed(), QuenchSettings::default());
+    let (settings, refine) = (SynthesisSettings::default(), QuenchSettings::default());
     let before_s = cpu_s();
     let ends: Vec<Synthesized> = (0..chains)
         .into_par_iter()

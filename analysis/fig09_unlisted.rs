@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .filter(|grasp| middle(&hand, grasp).z > neck_m)
         .count();
 
-    let energy = GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::closed())?;
+    let energy = GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::default())?;
     let mut different: Vec<Vec<&GraspRow>> = Vec::new();
     for grasp in &chosen {
         let pose = &grasp.grasp.pose;

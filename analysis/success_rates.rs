@@ -1,13 +1,16 @@
 //! Figure 5 of Liu et al. (2021): successes against steps → `figures/success_rates.png`, `.md`, `.csv`
 //!
-//! The runs have 512 chains of 10,000 steps of the printed energy, of the released code, and of the preset
-//! `four_points` (*ours*). They compare
-//! fingertips with all surface points as candidates, three, five and eight contacts, and ball with bottle. Beside them are
-//! chains of the default energy (*closed*), which has no contact set and whose steps are descents. Runs in the .csv
-//! are not repeated; delete it to start again. `--quick`: 16 chains of 500 steps, into `target/`.
+//! The runs have 512 chains of 10,000 steps, as printed and as released. They compare fingertips with all surface points as
+//! candidates, three, five and eight contacts, and ball with bottle. Beside them are chains of the default energy (*closed*),
+//! which has no contact set and whose steps are descents. Runs in the .csv are not repeated; delete it to start again.
+//! `--quick`: 16 chains of 500 steps, into `target/`.
 
-#[path = "yields/mod.rs"]
-mod yields;
+#[path = "yields/interval.rs"]
+mod interval;
+#[expect(dead_code, reason = "each program uses a part")]
+mod method;
+#[path = "yields/table.rs"]
+mod table;
 
 use std::error::Error;
 use std::fmt::Write;
@@ -15,129 +18,79 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use interval::interval;
 use landscape::figure::chart::{Axis, Chart, Corner, Panel, Series};
-use landscape::grasp::energy::{Candidates, GraspEnergy};
-use landscape::grasp::synthesis::{SynthesisSettings, synthesize_observed};
-use landscape::grasp::{EnergySettings, Grasp, Judgement, judge};
+use landscape::grasp::paper::PaperSettings;
+use landscape::grasp::{Grasp, Judgement};
 use landscape::hand::Hand;
-use landscape::optimize::QuenchSettings;
-use landscape::sample::State;
+use landscape::object::Object;
+use method::Method;
 use rayon::prelude::*;
-use yields::{Run, Table, interval};
+use table::Table;
 
 const SEED: u64 = 5;
 /// Step 0 means the ends after refinement.
-const COLUMNS: &str = "step,printed,coded,strict";
-
-/// Indices of columns.
-const PRINTED: usize = 1;
-const CODED: usize = 2;
+const HEADER: &str = "name,object,contacts,candidates,chains,step,printed,coded,strict";
+/// Index of a strict success in a row.
 const STRICT: usize = 3;
-
-/// A method of running a chain, and its criterion of success.
-struct Method {
-    name: &'static str,
-    energy: EnergySettings,
-    synthesis: SynthesisSettings,
-    /// The applied reading of Eq. 11: a column.
-    reading: usize,
-}
 
 /// A line of a panel.
 struct Line {
     name: &'static str,
     object: &'static str,
     contacts: usize,
-    candidates: Candidates,
+    fingertips_only: bool,
 }
 
-const fn line(
-    name: &'static str,
-    object: &'static str,
-    contacts: usize,
-    candidates: Candidates,
-) -> Line {
+const fn line(name: &'static str, object: &'static str, contacts: usize) -> Line {
     Line {
         name,
         object,
         contacts,
-        candidates,
+        fingertips_only: false,
     }
 }
 
-/// The panels: their titles and lines.
-const PANELS: [(&str, &[Line]); 3] = [
+const FINGERTIPS: Line = Line {
+    fingertips_only: true,
+    ..line("fingertips", "ball", 3)
+};
+
+/// A panel: its title and its lines.
+type Lines = (&'static str, &'static [Line]);
+
+/// The panels of the paper's method.
+const PANELS: [Lines; 3] = [
     (
         "ball, 3 contacts",
-        &[
-            line("all surface points", "ball", 3, Candidates::All),
-            line("fingertips", "ball", 3, Candidates::Fingertips),
-        ],
+        &[line("all surface points", "ball", 3), FINGERTIPS],
     ),
     (
         "ball, all surface points",
         &[
-            line("3 contacts", "ball", 3, Candidates::All),
-            line("5 contacts", "ball", 5, Candidates::All),
-            line("8 contacts", "ball", 8, Candidates::All),
+            line("3 contacts", "ball", 3),
+            line("5 contacts", "ball", 5),
+            line("8 contacts", "ball", 8),
         ],
     ),
     (
         "3 contacts, all surface points",
-        &[
-            line("ball", "ball", 3, Candidates::All),
-            line("bottle", "bottle_round", 3, Candidates::All),
-        ],
+        &[line("ball", "ball", 3), line("bottle", "bottle_round", 3)],
     ),
 ];
 
 /// Chains of the default energy, which has no contact set: a panel of its own.
-const CLOSED: (&str, &[Line]) = (
+const CLOSED: [Lines; 1] = [(
     "ball and bottle, after rough descents",
-    &[
-        line("ball", "ball", 3, Candidates::All),
-        line("bottle", "bottle_round", 3, Candidates::All),
-    ],
-);
+    &[line("ball", "ball", 0), line("bottle", "bottle_round", 0)],
+)];
 
-fn methods() -> [Method; 4] {
-    [
-        Method {
-            name: "as printed",
-            energy: EnergySettings::paper(),
-            synthesis: SynthesisSettings::paper(),
-            reading: PRINTED,
-        },
-        Method {
-            name: "as released",
-            energy: EnergySettings::released(),
-            synthesis: SynthesisSettings::released(),
-            reading: CODED,
-        },
-        Method {
-            name: "ours",
-            energy: EnergySettings::four_points(),
-            synthesis: SynthesisSettings::four_points(),
-            reading: PRINTED,
-        },
-        Method {
-            name: "closed",
-            energy: EnergySettings::closed(),
-            synthesis: SynthesisSettings::closed(),
-            reading: PRINTED,
-        },
-    ]
-}
-
-impl Method {
-    fn panels(&self) -> &'static [(&'static str, &'static [Line])] {
-        if self.energy.layer.is_some() {
-            std::slice::from_ref(&CLOSED)
-        } else {
-            &PANELS
-        }
-    }
-}
+/// Names of the methods, their panels, and the index of the reading of Eq. 11 that is drawn.
+const METHODS: [(&str, &[Lines], usize); 3] = [
+    ("as printed", &PANELS, 1),
+    ("as released", &PANELS, 2),
+    ("closed", &CLOSED, 1),
+];
 
 /// Number and length of the chains.
 #[derive(Clone, Copy)]
@@ -150,34 +103,27 @@ fn main() -> Result<(), Box<dyn Error>> {
     let quick = std::env::args().any(|argument| argument == "--quick");
     let folder = PathBuf::from(if quick { "target" } else { "figures" });
     let csv = folder.join("success_rates.csv");
-    let size = if quick {
-        Size {
-            chains: 16,
-            steps: 500,
-        }
-    } else {
-        Size {
-            chains: 512,
-            steps: 10_000,
-        }
+    let [chains, steps] = if quick { [16, 500] } else { [512, 10_000] };
+    let size = Size {
+        chains: chains.into(),
+        steps,
     };
     // A line in several panels is one run.
-    let mut runs: Vec<(String, Run)> = Vec::new();
-    for method in &methods() {
-        for line in method.panels().iter().flat_map(|(_, lines)| *lines) {
-            let run = run(method, line, size);
-            let key = run.key()?;
-            if runs.iter().all(|(known, _)| *known != key) {
-                runs.push((key, run));
+    let mut runs: Vec<(String, &str, &Line)> = Vec::new();
+    for (name, panels, _) in METHODS {
+        for line in panels.iter().flat_map(|(_, lines)| *lines) {
+            let key = key(name, line, size);
+            if runs.iter().all(|(known, ..)| *known != key) {
+                runs.push((key, name, line));
             }
         }
     }
-    let keys: Vec<String> = runs.iter().map(|(key, _)| key.clone()).collect();
-    let mut table = Table::read(&csv, COLUMNS)?;
-    for (key, run) in &runs {
+    let keys: Vec<String> = runs.iter().map(|(key, ..)| key.clone()).collect();
+    let mut table = Table::read(&csv, HEADER)?;
+    for (key, name, line) in &runs {
         if table.of(key).is_empty() {
             eprintln!("{key}");
-            for row in measure(run)? {
+            for row in measure(name, line, size)? {
                 table.add(key, &row);
             }
             table.write(&csv, &keys)?;
@@ -189,82 +135,94 @@ fn main() -> Result<(), Box<dyn Error>> {
         columns: PANELS.len(),
         ..Chart::new(
             "Successes against steps: Eq. 11 (solid) and the strict filter (dashed)",
-            panels(&table, size)?,
+            panels(&table, size),
         )
     };
     chart.draw()?.save(&folder.join("success_rates.png"))?;
     Ok(())
 }
 
-fn run(method: &Method, line: &Line, size: Size) -> Run {
-    let (mut energy, mut synthesis) = (method.energy, method.synthesis);
-    if energy.layer.is_none() {
-        (energy.contacts, energy.candidates) = (line.contacts, line.candidates);
-        synthesis.steps = size.steps;
-    }
-    Run {
-        name: method.name.to_owned(),
-        object: line.object,
-        energy,
-        synthesis,
-        seed: SEED,
-        chains: size.chains,
-    }
+fn key(name: &str, line: &Line, size: Size) -> String {
+    let candidates = if line.fingertips_only {
+        "fingertips"
+    } else {
+        "all"
+    };
+    format!(
+        "{name},{},{},{candidates},{}",
+        line.object, line.contacts, size.chains
+    )
 }
 
-fn panels(table: &Table, size: Size) -> Result<Vec<Panel>, Box<dyn Error>> {
-    let mut panels = Vec::new();
-    for method in &methods() {
-        for (title, lines) in method.panels() {
+fn method(name: &str, line: &Line, size: Size) -> Result<Method, Box<dyn Error>> {
+    let (hand, object) = (Hand::human(), Object::named(line.object)?);
+    let (hand, object) = (Arc::new(hand), Arc::new(object));
+    let settings = match name {
+        "closed" => return Ok(Method::closed(&hand, &object)?),
+        "as printed" => PaperSettings::printed(),
+        _ => PaperSettings::released(),
+    };
+    let settings = PaperSettings {
+        contacts: line.contacts,
+        fingertips_only: line.fingertips_only,
+        steps: size.steps,
+        ..settings
+    };
+    Ok(Method::paper(&hand, &object, settings))
+}
+
+fn panels(table: &Table, size: Size) -> Vec<Panel> {
+    let mut drawn = Vec::new();
+    for (name, panels, reading) in METHODS {
+        for (title, lines) in panels {
             let mut series = Vec::new();
             for line in *lines {
-                let rows = table.of(&run(method, line, size).key()?);
+                let rows = table.of(&key(name, line, size));
                 let curve = |column: usize| {
                     let along = rows.iter().filter(|row| row[0] > 0.0);
                     Series::line(along.map(|row| [row[0], row[column]]).collect()).named(line.name)
                 };
-                series.push(curve(method.reading));
+                series.push(curve(reading));
                 series.push(curve(STRICT).dashed());
             }
             let axes = (Axis::logarithmic("step"), Axis::linear("successes"));
-            panels.push(Panel {
+            drawn.push(Panel {
                 legend: Some(Corner::UpperLeft),
-                ..Panel::new(&format!("{}: {title}", method.name), axes.0, axes.1, series)
+                ..Panel::new(&format!("{name}: {title}"), axes.0, axes.1, series)
             });
         }
     }
-    Ok(panels)
+    drawn
 }
 
-fn text(runs: &[(String, Run)], table: &Table, size: Size) -> String {
+fn text(runs: &[(String, &str, &Line)], table: &Table, size: Size) -> String {
     let mut text = format!(
         "Successes of {} chains after {} steps (seed {SEED}), with 95 % intervals of the share. *As printed*: the formulae \
-         and Algorithm 1 of the paper; *as released*: the energy and sampler of the authors' code; *ours*: the preset `four_points`; \
-         *closed*: the default preset, whose energy has no contact set, so that the best set of its minimum is judged, and whose \
-         steps are rough descents; refined is the minimum that the last of them leads to. Chains of *ours* and \
-         *closed* end with their first grasp. Eq. 11 is read as printed \
-         (‖Gc‖ < 0.5) and as coded (‖Gc‖² < 0.5, ten times the penetration). The paper reports 5 of 512 on bottles.\n\n\
+         and Algorithm 1 of the paper; *as released*: the energy and sampler of the authors' code; *closed*: the default \
+         energy, which has no contact set, so that the best set of its minimum is judged, and whose steps are rough descents; \
+         refined is the minimum that the last of them leads to. Chains of *closed* end with their first grasp. Eq. 11 is read \
+         as printed (‖Gc‖ < 0.5) and as coded (‖Gc‖² < 0.5, ten times the penetration). The paper reports 5 of 512 on bottles.\n\n\
          | | | Eq. 11 as printed | as coded | strict | refined: as printed | as coded | strict | first success by step |\n\
          |---|---|---|---|---|---|---|---|---|\n",
         size.chains, size.steps
     );
-    for (key, run) in runs {
-        row(&mut text, run, &table.of(key));
+    for (key, name, line) in runs {
+        row(&mut text, name, line, &table.of(key), size);
     }
     text
 }
 
-fn row(text: &mut String, run: &Run, rows: &[Vec<f64>]) {
+fn row(text: &mut String, name: &str, line: &Line, rows: &[Vec<f64>], size: Size) {
     let [.., last, refined] = rows else { return };
     let share = |count: f64| {
-        let [low, high] = interval(count, run.chains as f64);
+        let [low, high] = interval(count, size.chains as f64);
         format!("{count} ({:.1}–{:.1} %)", 100.0 * low, 100.0 * high)
     };
-    let _ = write!(text, "| {} | {}", run.name, run.object);
-    if run.energy.layer.is_none() {
-        let _ = write!(text, ", {} contacts", run.energy.contacts);
+    let _ = write!(text, "| {name} | {}", line.object);
+    if line.contacts > 0 {
+        let _ = write!(text, ", {} contacts", line.contacts);
     }
-    if run.energy.candidates == Candidates::Fingertips {
+    if line.fingertips_only {
         text.push_str(", fingertips");
     }
     for count in last[1..].iter().chain(&refined[1..]) {
@@ -306,13 +264,16 @@ fn passes(judgement: &Judgement) -> [bool; 3] {
     ]
 }
 
-/// Rows of [`COLUMNS`]: the number of chains that pass each test at each checkpoint. A finished chain counts with its end.
-fn measure(run: &Run) -> Result<Vec<[f64; 4]>, Box<dyn Error>> {
-    let energy = run.energy(Arc::new(Hand::human()))?;
-    let at = checkpoints(run.synthesis.steps);
-    let counts = (0..run.chains)
+/// Rows of the table: the number of chains that pass each test at each checkpoint. A finished chain counts with its end.
+fn measure(name: &str, line: &Line, size: Size) -> Result<Vec<[f64; 4]>, Box<dyn Error>> {
+    let method = method(name, line, size)?;
+    let at = checkpoints(match &method {
+        Method::Paper(energy) => energy.settings().steps,
+        Method::Closed(_, synthesis) => synthesis.steps,
+    });
+    let counts = (0..size.chains)
         .into_par_iter()
-        .map(|chain| follow(&energy, run, &at, chain))
+        .map(|chain| follow(&method, &at, chain))
         .reduce(
             || vec![[0.0; 3]; at.len() + 1],
             |mut sum, one| {
@@ -329,38 +290,19 @@ fn measure(run: &Run) -> Result<Vec<[f64; 4]>, Box<dyn Error>> {
 }
 
 /// For one chain, 1 or 0 for each test at each checkpoint and after refinement.
-fn follow(energy: &GraspEnergy, run: &Run, at: &[u32], chain: u64) -> Vec<[f64; 3]> {
-    let mut seen: Vec<State> = Vec::new();
-    let refine = QuenchSettings::default();
-    let end = synthesize_observed(
-        energy,
-        &run.synthesis,
-        &refine,
-        run.seed,
-        chain,
-        &mut |n, state| {
-            if at.get(seen.len()) == Some(&n) {
-                seen.push(state.clone());
-            }
-        },
-    );
-    let raw = |state: &State| {
-        let grasp = if energy.layer().spheres.is_empty() {
-            Grasp::new(state.coordinates.clone(), state.discrete.clone())
-        } else {
-            Grasp::best(energy, state.coordinates.clone())
-        };
-        passes(&judge(energy, &grasp))
-    };
-    let refined = passes(&judge(energy, &end.refined));
-    let at_end = if run.synthesis.attempts > 1 {
-        refined
-    } else {
-        raw(seen.last().expect("the last step is a checkpoint"))
-    };
+fn follow(method: &Method, at: &[u32], chain: u64) -> Vec<[f64; 3]> {
+    let mut seen: Vec<Grasp> = Vec::new();
+    let end = method.run(SEED, chain, &mut |n, grasp| {
+        if at.get(seen.len()) == Some(&n) {
+            seen.push(grasp());
+        }
+    });
+    let raw = |grasp: &Grasp| passes(&method.judge(grasp));
+    let refined = passes(&method.judge(&end.refined));
+    let at_end = raw(seen.last().expect("the first step is a checkpoint"));
     let ended = |step: u32| u64::from(step) >= end.steps;
     let along = at.iter().enumerate().map(|(k, step)| match seen.get(k) {
-        Some(state) if !ended(*step) => raw(state),
+        Some(grasp) if !ended(*step) => raw(grasp),
         _ => at_end,
     });
     along

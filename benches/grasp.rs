@@ -1,11 +1,11 @@
-//! Cost of one evaluation of the grasp energy, of its envelope, of one step of synthesis, and of judging a grasp.
+//! Cost of one evaluation of the grasp energy, of a contact set, of one step of a chain, and of judging a grasp.
 
 use std::hint::black_box;
 use std::path::Path;
 use std::sync::Arc;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use landscape::energy::{Energy, Piecewise};
+use landscape::energy::Energy;
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, Grasp, GraspEnergy, GraspKernel, judge};
 use landscape::hand::{Hand, HandFiles, PosedHand};
@@ -22,17 +22,9 @@ fn energy(hand: Hand, settings: EnergySettings) -> GraspEnergy {
     GraspEnergy::new(Arc::new(hand), Arc::new(object), settings).expect("the settings make sense")
 }
 
-/// The settings of an energy of so many point contacts.
-fn of_points(contacts: usize) -> EnergySettings {
-    EnergySettings {
-        contacts,
-        ..EnergySettings::four_points()
-    }
-}
-
 /// A walk of small steps around a synthesized grasp, as in a descent or a chain.
 fn walk(energy: &GraspEnergy, step_m: f64) -> (Vec<u32>, Vec<Vec<f64>>) {
-    let settings = SynthesisSettings::four_points();
+    let settings = SynthesisSettings::default();
     let grasp = synthesize(energy, &settings, &QuenchSettings::default(), 1, 0);
     let points = around(energy, &grasp.refined, step_m);
     (grasp.refined.contacts, points)
@@ -56,40 +48,28 @@ fn around(energy: &GraspEnergy, grasp: &Grasp, step_m: f64) -> Vec<Vec<f64>> {
 }
 
 fn evaluations(criterion: &mut Criterion) {
-    for contacts in [3, 4] {
-        let energy = energy(Hand::human(), of_points(contacts));
-        let (choice, points) = walk(&energy, 5e-4);
-        let mut gradient = vec![0.0; energy.space().tangents()];
-        let mut group = criterion.benchmark_group(format!("grasp/{contacts} contacts"));
-        let mut next = (0..points.len()).cycle();
-        group.bench_function("evaluation, contact set held", |bencher| {
-            bencher.iter(|| {
-                let x = &points[next.next().unwrap_or(0)];
-                energy.evaluate_piece(black_box(x), &choice, &mut gradient)
-            });
-        });
-        group.bench_function("envelope, warm", |bencher| {
-            bencher.iter(|| {
-                let x = &points[next.next().unwrap_or(0)];
-                energy.evaluate(black_box(x), &mut gradient)
-            });
-        });
-        let kernel = GraspKernel::new(&energy);
-        let state = kernel.start(&points[0]);
-        let law = TargetDensity {
-            temperature: 0.01,
-            attraction: None,
-        };
-        let mut rng = stream(0, Task::Synthesis, 0);
-        group.bench_function("step of a chain", |bencher| {
-            bencher.iter_batched_ref(
-                State::default,
-                |proposal| kernel.propose(&state, &law, 1e-3, &mut rng, proposal),
-                BatchSize::SmallInput,
-            );
-        });
-        group.finish();
-    }
+    let energy = energy(Hand::human(), EnergySettings::default());
+    let (_, points) = walk(&energy, 5e-4);
+    let mut group = criterion.benchmark_group("grasp");
+    let mut next = (0..points.len()).cycle();
+    group.bench_function("contact set", |bencher| {
+        bencher.iter(|| energy.contacts(black_box(&points[next.next().unwrap_or(0)])));
+    });
+    let kernel = GraspKernel::new(&energy);
+    let state = kernel.start(&points[0]);
+    let law = TargetDensity {
+        temperature: 0.0025,
+        attraction: None,
+    };
+    let mut rng = stream(0, Task::Synthesis, 0);
+    group.bench_function("step of a chain", |bencher| {
+        bencher.iter_batched_ref(
+            State::default,
+            |proposal| kernel.propose(&state, &law, 1e-3, &mut rng, proposal),
+            BatchSize::SmallInput,
+        );
+    });
+    group.finish();
     let hand = Hand::human();
     let x = hand.rest_coordinates();
     let mut posed = PosedHand::default();
@@ -100,8 +80,8 @@ fn evaluations(criterion: &mut Criterion) {
 
 /// The energy of an elastic layer, at a grasp and around it.
 fn layer(criterion: &mut Criterion) {
-    let energy = energy(Hand::human(), EnergySettings::closed());
-    let settings = SynthesisSettings::closed();
+    let energy = energy(Hand::human(), EnergySettings::default());
+    let settings = SynthesisSettings::default();
     let mut gradient = vec![0.0; energy.space().tangents()];
     let mut group = criterion.benchmark_group("grasp/layer");
     for chain in 0..4 {
@@ -129,7 +109,7 @@ fn batch(criterion: &mut Criterion) {
     let poses: Vec<Vec<f64>> = (file.grasps.iter())
         .map(|row| row.grasp.pose.to_vec())
         .collect();
-    let energy = energy(Hand::human(), EnergySettings::closed());
+    let energy = energy(Hand::human(), EnergySettings::default());
     let tangents = energy.space().tangents();
     let mut energies = vec![0.0; poses.len()];
     let mut gradients = vec![0.0; poses.len() * tangents];
@@ -178,17 +158,11 @@ fn other_hands(criterion: &mut Criterion) {
     }
     let mut group = criterion.benchmark_group("grasp/hands");
     for (name, hand) in hands {
-        let energy = energy(hand, of_points(4));
+        let energy = energy(hand, EnergySettings::default());
         let (choice, points) = walk(&energy, 5e-4);
         let mut gradient = vec![0.0; energy.space().tangents()];
         let mut next = (0..points.len()).cycle();
-        group.bench_function(format!("{name}, contact set held"), |bencher| {
-            bencher.iter(|| {
-                let x = &points[next.next().unwrap_or(0)];
-                energy.evaluate_piece(black_box(x), &choice, &mut gradient)
-            });
-        });
-        group.bench_function(format!("{name}, envelope"), |bencher| {
+        group.bench_function(format!("{name}, evaluation"), |bencher| {
             bencher.iter(|| {
                 let x = &points[next.next().unwrap_or(0)];
                 energy.evaluate(black_box(x), &mut gradient)

@@ -116,14 +116,6 @@ limits! {
     ENERGY_SETTING: 0.0, 1e6, "",
         "terms are of order one, and a larger weight would drown the others";
 
-    /// Weight of contact distances in a synthesis.
-    DISTANCE_WEIGHT: 1e-6, 1e6, "",
-        "no other term pulls the contacts to the surface";
-
-    /// Temperatures of synthesis.
-    TEMPERATURE: 1e-9, 1e6, "",
-        "energies are of order one";
-
     /// Distances between the patches of an elastic layer.
     PATCH_SPACING: 1e-3, 1.0, "m",
         "patches lie millimetres to centimetres apart";
@@ -139,10 +131,6 @@ limits! {
     /// Number of steps of a chain.
     STEPS: 0.0, 1e8, "",
         "such a chain takes weeks";
-
-    /// Number of attempts of a chain, and of poses drawn for its start.
-    ATTEMPTS: 1.0, 1e6, "",
-        "each costs at least one evaluation of the energy";
 
     /// Number of chains of one run.
     CHAINS: 1.0, 1e6, "",
@@ -335,12 +323,9 @@ mod tests {
             MANO_NUMBER,
             NETWORK_WEIGHT,
             ENERGY_SETTING,
-            DISTANCE_WEIGHT,
-            TEMPERATURE,
             NEAREST_POINTS_ROUNDING,
             SHARE,
             STEPS,
-            ATTEMPTS,
             CHAINS,
             PERTURBATION,
             LAYER_SETTING,

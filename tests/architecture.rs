@@ -237,3 +237,21 @@ fn wrong_uses_are_found() {
     ];
     assert_eq!(found, expected);
 }
+
+/// The method of the paper is for the figures that compare with it: no other module names it.
+#[test]
+fn nothing_uses_the_room_of_the_paper() {
+    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut files = BTreeMap::new();
+    add_files(&sources, "", &mut files);
+    let is_code = |name: &str| {
+        Path::new(name)
+            .extension()
+            .is_some_and(|ending| ending == "rs")
+    };
+    files.retain(|name, _| is_code(name) && !name.starts_with("grasp/paper/"));
+    for (name, text) in files {
+        let code = code(&text, &mut Vec::new());
+        assert!(!code.contains("paper::"), "{name} names grasp::paper");
+    }
+}

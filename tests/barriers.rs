@@ -1,14 +1,13 @@
 //! Landscapes with exactly known merge heights, mapped from random starts through public functions, without knowledge of
 //! the number of minima.
 
+use landscape::energy::Energy;
 use landscape::energy::model::{MullerBrown, ThreeHole, Torsion};
-use landscape::energy::{Energy, Piecewise};
-use landscape::optimize::{QuenchSettings, quench};
+use landscape::optimize::QuenchSettings;
 use landscape::sample::{Mala, Task, stream};
-use landscape::space::{Euclidean, Space};
 use landscape::topography::{
     Evidence, Landscape, MapSettings, MatchTolerance, MemoryJournal, Minimum, MinimumId, Run,
-    SeamSettings, Tree, build_landscape, distinct, quench_all,
+    build_landscape, distinct, quench_all,
 };
 use rand::RngExt;
 
@@ -83,210 +82,6 @@ fn angles_wrap() {
     }
 }
 
-/// The minimum of several bowls `c + ½ Σ k_d (x_d − m_d)²`: an envelope with concave kinks, like that of a grasp energy
-/// over its contact sets. Every pass between two bowls is the lowest point of a seam.
-struct Bowls {
-    space: Euclidean,
-    bowls: Vec<Bowl>,
-}
-
-struct Bowl {
-    depth: f64,
-    stiffness: Vec<f64>,
-    centre: Vec<f64>,
-}
-
-impl Bowl {
-    fn energy(&self, x: &[f64]) -> f64 {
-        let squares = x.iter().zip(&self.centre).zip(&self.stiffness);
-        self.depth
-            + squares
-                .map(|((x, m), k)| 0.5 * k * (x - m) * (x - m))
-                .sum::<f64>()
-    }
-
-    /// Least height at which the two bowls touch: max over λ of min over x of (1 − λ) E₁ + λ E₂, by ternary search
-    /// (concave in λ, since both are convex in x).
-    fn contact(&self, other: &Self) -> f64 {
-        let dual = |share: f64| {
-            let x: Vec<f64> = (0..self.centre.len())
-                .map(|d| {
-                    let (k, l) = (
-                        (1.0 - share) * self.stiffness[d],
-                        share * other.stiffness[d],
-                    );
-                    (k * self.centre[d] + l * other.centre[d]) / (k + l)
-                })
-                .collect();
-            (1.0 - share) * self.energy(&x) + share * other.energy(&x)
-        };
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..200 {
-            let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
-            if dual(a) < dual(b) {
-                low = a;
-            } else {
-                high = b;
-            }
-        }
-        dual(low)
-    }
-}
-
-impl Bowls {
-    fn random(dimensions: usize, count: u64) -> Self {
-        let bowls = (0..count)
-            .map(|id| {
-                let mut rng = stream(3, Task::Start, id);
-                let mut draw = |low, high| {
-                    (0..dimensions)
-                        .map(|_| rng.random_range(low..high))
-                        .collect::<Vec<f64>>()
-                };
-                Bowl {
-                    stiffness: draw(1.0, 6.0),
-                    centre: draw(-1.0, 1.0),
-                    depth: draw(0.0, 0.4)[0],
-                }
-            })
-            .collect();
-        Self {
-            space: Euclidean::new(dimensions),
-            bowls,
-        }
-    }
-
-    /// Exact minimax heights: the set below a level is a union of ellipsoids, so bowls touch in pairs.
-    fn exact(&self, order: &[usize]) -> Vec<Vec<f64>> {
-        let n = order.len();
-        let bowl = |i: usize| &self.bowls[order[i]];
-        let mut best: Vec<Vec<f64>> = (0..n)
-            .map(|i| {
-                (0..n)
-                    .map(|j| {
-                        if i == j {
-                            bowl(i).depth
-                        } else {
-                            bowl(i).contact(bowl(j))
-                        }
-                    })
-                    .collect()
-            })
-            .collect();
-        for k in 0..n {
-            for i in 0..n {
-                for j in 0..n {
-                    if i != j {
-                        best[i][j] = best[i][j].min(best[i][k].max(best[k][j]));
-                    }
-                }
-            }
-        }
-        best
-    }
-}
-
-impl Energy for Bowls {
-    fn space(&self) -> &dyn Space {
-        &self.space
-    }
-
-    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
-        let choice = self.active_piece(x);
-        self.evaluate_piece(x, &choice, gradient)
-    }
-
-    fn piecewise(&self) -> Option<&dyn Piecewise> {
-        Some(self)
-    }
-}
-
-impl Piecewise for Bowls {
-    fn active_piece(&self, x: &[f64]) -> Vec<u32> {
-        let energies = (0..).zip(self.bowls.iter().map(|bowl| bowl.energy(x)));
-        let best = energies.min_by(|a, b| a.1.total_cmp(&b.1));
-        best.map(|(bowl, _)| bowl).into_iter().collect()
-    }
-
-    fn evaluate_piece(&self, x: &[f64], choice: &[u32], gradient: &mut [f64]) -> f64 {
-        let bowl = &self.bowls[choice[0] as usize];
-        for (d, g) in gradient.iter_mut().enumerate() {
-            *g = bowl.stiffness[d] * (x[d] - bowl.centre[d]);
-        }
-        bowl.energy(x)
-    }
-
-    fn evaluate_below(&self, x: &[f64], gradient: &mut [f64], _cutoff: f64) -> f64 {
-        self.evaluate(x, gradient)
-    }
-
-    fn evaluate_roughly_above(
-        &self,
-        x: &[f64],
-        gradient: &mut [f64],
-        _ceiling: f64,
-    ) -> (f64, Vec<u32>) {
-        (self.evaluate(x, gradient), self.active_piece(x))
-    }
-
-    fn with_cache(&self) -> Option<Box<dyn Energy + '_>> {
-        None
-    }
-}
-
-fn bowls_map(energy: &Bowls, minima: Vec<Minimum>) -> Landscape {
-    let settings = MapSettings::for_minima(energy, &minima);
-    build_landscape(
-        energy,
-        &Mala::new(energy),
-        minima,
-        &settings,
-        &Run::default(),
-    )
-    .unwrap()
-}
-
-#[test]
-fn passes_on_seams_are_exact() {
-    for (dimensions, count) in [(2, 5), (6, 8), (12, 6)] {
-        let energy = Bowls::random(dimensions, count);
-        let (low, high) = (vec![-1.2; dimensions], vec![1.2; dimensions]);
-        let minima = minima(&energy, &low, &high, 300);
-        let order: Vec<usize> = minima.iter().map(|m| m.choice[0] as usize).collect();
-        let exact = energy.exact(&order);
-        let found = bowls_map(&energy, minima);
-        for (i, row) in exact.iter().enumerate() {
-            for (j, known) in row.iter().enumerate() {
-                let height = found.tree.minimax(MinimumId(i), MinimumId(j)).unwrap();
-                assert!(
-                    (height - known).abs() < 1e-4,
-                    "{dimensions} dimensions, {i} {j}: {height} {known}"
-                );
-            }
-        }
-        for merge in found
-            .tree
-            .nodes
-            .iter()
-            .filter(|node| node.minimum.is_none())
-        {
-            assert_eq!(merge.evidence, Evidence::Seam);
-        }
-    }
-}
-
-#[test]
-fn every_descent_ends_in_the_bottom_of_a_bowl() {
-    let energy = Bowls::random(6, 8);
-    for id in 0..50 {
-        let mut rng = stream(9, Task::Start, id);
-        let start: Vec<f64> = (0..6).map(|_| rng.random_range(-1.5..1.5)).collect();
-        let found = quench(&energy, &start, &QuenchSettings::default());
-        let bowl = &energy.bowls[energy.active_piece(&found.x)[0] as usize];
-        assert!((found.energy - bowl.depth).abs() < 1e-9);
-    }
-}
-
 /// All properties of a map that could differ.
 fn fingerprint(found: &Landscape) -> String {
     let paths: Vec<_> = found.connections.iter().map(|c| &c.path).collect();
@@ -295,8 +90,8 @@ fn fingerprint(found: &Landscape) -> String {
 
 #[test]
 fn threads_order_and_interruption_change_nothing() {
-    let energy = Bowls::random(6, 8);
-    let mut minima = minima(&energy, &[-1.2; 6], &[1.2; 6], 100);
+    let energy = MullerBrown::new();
+    let mut minima = minima(&energy, &[-1.5, -0.3], &[1.0, 1.8], 40);
     let settings = MapSettings {
         neighbours: 3,
         ..MapSettings::for_minima(&energy, &minima)
@@ -347,97 +142,6 @@ impl Half for MemoryJournal {
 }
 
 #[test]
-fn a_tree_of_paths_only_may_fall_apart() {
-    let energy = Bowls::random(2, 5);
-    let minima = minima(&energy, &[-1.2; 2], &[1.2; 2], 100);
-    let found = bowls_map(&energy, minima);
-    let strict = Tree::from_network(&found.network, Evidence::Saddle);
-    // All passes are seams: without them nothing is joined.
-    assert_eq!(strict.roots.len(), found.network.node_count());
-}
-
-/// A double well cut into bowls at distances of a tenth: it has kinks everywhere but exact heights.
-fn rugged() -> Bowls {
-    let mut rng = stream(21, Task::Start, 0);
-    let mut bowls = Vec::new();
-    for column in -14..=14 {
-        for row in -7..=7 {
-            let mut jitter = || rng.random_range(-0.03..0.03);
-            let (x, y) = (
-                0.1 * f64::from(column) + jitter(),
-                0.1 * f64::from(row) + jitter(),
-            );
-            let bend = y - 0.4 * (1.0 - x * x);
-            bowls.push(Bowl {
-                depth: (x * x - 1.0).powi(2) + 2.0 * bend * bend + 0.3 * jitter(),
-                stiffness: vec![rng.random_range(10.0..30.0), rng.random_range(10.0..30.0)],
-                centre: vec![x, y],
-            });
-        }
-    }
-    Bowls {
-        space: Euclidean::new(2),
-        bowls,
-    }
-}
-
-#[test]
-fn tops_over_close_kinks_are_lowered_to_their_passes() {
-    let energy = rugged();
-    let deepest = |side: f64| {
-        let all = (0..energy.bowls.len()).filter(|i| side * energy.bowls[*i].centre[0] > 0.3);
-        all.min_by(|i, j| energy.bowls[*i].depth.total_cmp(&energy.bowls[*j].depth))
-            .unwrap()
-    };
-    let ends = [deepest(-1.0), deepest(1.0)];
-    let order: Vec<usize> = ends
-        .into_iter()
-        .chain((0..energy.bowls.len()).filter(|i| !ends.contains(i)))
-        .collect();
-    let exact = energy.exact(&order)[0][1];
-    let minimum = |i: usize| Minimum {
-        coordinates: energy.bowls[i].centre.clone(),
-        energy: energy.bowls[i].depth,
-        members: vec![i],
-        choice: vec![u32::try_from(i).unwrap()],
-    };
-    let minima = ends.map(minimum).to_vec();
-    let mut settings = MapSettings::for_scales(1.0, 1.0);
-    settings.path.energy_tolerance = 0.02;
-    settings.path.seams = Some(SeamSettings {
-        spacing: 0.02,
-        moves: 200,
-        halvings: 1,
-    });
-    let found = build_landscape(
-        &energy,
-        &Mala::new(&energy),
-        minima,
-        &settings,
-        &Run::default(),
-    )
-    .unwrap();
-    let edge = &found.connection(MinimumId(0), MinimumId(1)).unwrap().edge;
-    let straight = (0..=1000)
-        .map(|k| {
-            let t = f64::from(k) / 1000.0;
-            let [a, b] = ends.map(|i| &energy.bowls[i].centre);
-            let x: Vec<f64> = (0..2).map(|d| a[d] + t * (b[d] - a[d])).collect();
-            energy
-                .bowls
-                .iter()
-                .map(|bowl| bowl.energy(&x))
-                .fold(f64::INFINITY, f64::min)
-        })
-        .fold(f64::NEG_INFINITY, f64::max);
-    assert!(edge.evidence <= Evidence::Path, "{:?}", edge.evidence);
-    assert!(edge.height > exact - 1e-9, "{} {exact}", edge.height);
-    // Not above the best sequence of bowls by more than what bowls differ by, and far below the straight line.
-    assert!(edge.height < exact + 0.03, "{} {exact}", edge.height);
-    assert!(straight > exact + 0.2, "{straight} {exact}");
-}
-
-#[test]
 fn what_is_no_minimum_has_no_part_in_the_map() {
     let energy = MullerBrown::new();
     let known = minima(&energy, &[-1.5, -0.3], &[1.0, 1.8], 40);
@@ -446,7 +150,6 @@ fn what_is_no_minimum_has_no_part_in_the_map() {
     let like = |x: [f64; 2]| Minimum {
         coordinates: x.to_vec(),
         energy: energy.evaluate(&x, &mut [0.0; 2]),
-        choice: Vec::new(),
         members: vec![99],
     };
     let copy = [0, 1].map(|k| known[1].coordinates[k] + 1e-7);

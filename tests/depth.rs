@@ -144,9 +144,8 @@ fn poses(energy: &GraspEnergy, rng: &mut Rng) -> Vec<Vec<f64>> {
         })
         .collect();
     let settings = SynthesisSettings {
-        attempts: 1,
-        steps: 500,
-        ..SynthesisSettings::four_points()
+        steps: 1,
+        ..SynthesisSettings::default()
     };
     let refine = QuenchSettings::default().with_gradient_tolerance(1e-2);
     for chain in 0..2 {
@@ -191,7 +190,7 @@ fn compare(hands: Vec<(String, Hand)>, objects: &[&str], count: usize) {
         let (skin, hand) = (hand.solid_skin(), Arc::new(hand));
         let (mut overlaps, mut over) = (0, Vec::new());
         for (object, of_object) in objects.iter().zip(&samples) {
-            let settings = EnergySettings::four_points();
+            let settings = EnergySettings::default();
             let energy = GraspEnergy::new(hand.clone(), object.clone(), settings).unwrap();
             for x in poses(&energy, &mut rng) {
                 let mut posed = PosedHand::default();

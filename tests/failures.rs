@@ -1,12 +1,12 @@
-//! The known failures of Liu et al. (2021), Fig. 11: they occur with the paper's preset but not with the default.
+//! The known failures of Liu et al. (2021), Fig. 11: they occur with the paper's method but not with the default.
 #![cfg(feature = "grasp")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use std::sync::{Arc, LazyLock};
 
-use landscape::energy::Explain;
 use landscape::grasp::depth::object_inside_hand_m;
 use landscape::grasp::failure::{in_one_concavity, sees};
+use landscape::grasp::paper::{PaperEnergy, PaperSettings, sample};
 use landscape::grasp::start::start_pose;
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, GraspEnergy, Judgement, judge};
@@ -62,23 +62,16 @@ fn the_inside_of_a_bowl_is_one_concavity() {
     }
 }
 
-/// Where the object is thin, and only there, more of its points are compared with the hand.
+/// Bowls and pens are thin, bottles are not.
 #[test]
-fn thin_parts_are_held_densely() {
-    let everywhere: Vec<u32> = (0..384).collect();
+fn thin_parts_are_known() {
     for name in ["ball", "bottle_round", "box", "can"] {
-        let object = Object::named(name).unwrap();
-        assert_eq!(object.held_samples, everywhere, "{name}");
-        assert!(object.thin_share < 1e-9, "{name}");
+        assert!(Object::named(name).unwrap().thin_share < 1e-9, "{name}");
     }
     for object in [&PEN, &BOWL] {
-        assert!(object.held_samples.len() > 1_900, "{}", object.name);
-        assert!(object.held_samples.is_sorted());
         assert!(object.thin_share > 0.9, "{}", object.name);
     }
-    let hammer = Object::named("hammer").unwrap();
-    assert!((385..1_500).contains(&hammer.held_samples.len()));
-    assert!(hammer.thin_share < 0.5);
+    assert!(Object::named("hammer").unwrap().thin_share < 0.5);
 }
 
 /// The exact depth of an object in a hand is the limit, from below, of depths of ever denser points of its surface.
@@ -107,20 +100,16 @@ fn nothing_hides_between_points() {
     assert!(inside > 10 && narrowest < 2e-4, "{inside} {narrowest}");
 }
 
-/// The paper's preset lets a pen pass through a finger between its surface points, and force closure and penetration as
-/// Eq. 11 has them find nothing wrong with it; the
-/// default charges that pose for it, and none of its own grasps does the same.
+/// The paper's method lets a pen pass through a finger between its surface points, and force closure and penetration as
+/// Eq. 11 has them find nothing wrong with it. None of the grasps of the default does the same.
 #[test]
 fn a_pen_no_longer_passes_through_a_finger() {
-    let [paper, ours] = [EnergySettings::paper(), EnergySettings::four_points()]
-        .map(|settings| GraspEnergy::new(HAND.clone(), PEN.clone(), settings).unwrap());
-    let refine = QuenchSettings::default().with_gradient_tolerance(1e-3);
-
+    let paper = PaperEnergy::new(HAND.clone(), PEN.clone(), PaperSettings::printed());
     let mut failures = 0;
     for chain in 0..12 {
-        let end = synthesize(&paper, &SynthesisSettings::paper(), &refine, SEED, chain);
+        let end = sample(&paper, SEED, chain, &mut |_, _| ());
         let posed = posed(&end.refined.pose);
-        let judgement = judge(&paper, &end.refined);
+        let judgement = paper.judge(&end.refined);
         let blind = judgement.net_wrench < 0.5 && judgement.penetration < 0.02;
         if !passes_between_points(&PEN.exact, &HAND, &posed) || !blind {
             continue;
@@ -128,21 +117,15 @@ fn a_pen_no_longer_passes_through_a_finger() {
         failures += 1;
         assert!(points_inside_object_m(&PEN.exact, &posed) < 0.002);
         assert!(judgement.deepest_m > 0.002 && !judgement.passes_strict());
-        let terms = ours.terms(&end.refined.pose);
-        let charge = |name| terms.iter().find(|(term, _)| term == name).unwrap().1;
-        assert!(charge("intrusion") > 1.0, "{terms:?}");
     }
     assert!(failures > 0);
 
+    let ours = GraspEnergy::new(HAND.clone(), PEN.clone(), EnergySettings::default()).unwrap();
+    let refine = QuenchSettings::default().with_gradient_tolerance(1e-3);
     let mut grasps = 0;
     for chain in 0..4 {
-        let end = synthesize(
-            &ours,
-            &SynthesisSettings::four_points(),
-            &refine,
-            SEED,
-            chain,
-        );
+        let settings = SynthesisSettings::default();
+        let end = synthesize(&ours, &settings, &refine, SEED, chain);
         let judgement = judge(&ours, &end.refined);
         if judgement.passes_strict() {
             grasps += 1;

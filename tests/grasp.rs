@@ -2,7 +2,6 @@
 
 #[path = "../analysis/between_points.rs"]
 mod between_points;
-mod closing;
 #[path = "../analysis/contact_points/search.rs"]
 mod contact_points;
 mod depth;

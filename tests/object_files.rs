@@ -197,7 +197,7 @@ fn open_surfaces_become_walls_only_if_a_thickness_is_given() {
     assert_says(&said, &["80.0 × 80.0 × 4.0 mm", "25.6 cm³"]);
     told(
         &desk,
-        "synth --object sheet.obj --scale 0.001 --thickness 4 -n 1 --steps 40 --keep all -o sheet.parquet",
+        "synth --object sheet.obj --scale 0.001 --thickness 4 -n 1 --steps 1 --keep all -o sheet.parquet",
     );
     let (file, _) = GraspFile::read(&desk.path("sheet.parquet"), Overrides::default()).unwrap();
     assert_says(&file.metadata.command, &["--scale 0.001 --thickness 4"]);

@@ -81,7 +81,7 @@ fn what_no_hand_can_span_is_refused_before_the_search() {
             "--scale 0.1",
         ],
     );
-    let output = desk.run("synth --object large.toml -n 1 --steps 20 --keep all -o large.parquet");
+    let output = desk.run("synth --object large.toml -n 1 --steps 1 --keep all -o large.parquet");
     assert!(output.status.success());
     let said = String::from_utf8(output.stderr).unwrap();
     assert_says(&said, &["warning: large: it is ", "mm wide"]);

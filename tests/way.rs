@@ -40,7 +40,7 @@ fn landscapes() -> Desk {
 #[test]
 fn a_landscape_without_grasp_types_is_compared_in_one_sentence() {
     let desk = Desk::empty();
-    let synth = "synth --hand gripper_three_finger --object ball --preset four_points -n 2 --steps 50 --keep all";
+    let synth = "synth --hand gripper_three_finger --object ball -n 2 --steps 1 --keep all";
     print(&desk, &format!("{synth} -o g.parquet -q"));
     print(&desk, "build g.parquet -o g.landscape -q");
     let said = print(&desk, "compare g.landscape -o x");

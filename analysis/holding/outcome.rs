@@ -96,7 +96,7 @@ pub(crate) fn outcome(folder: &Path, name: &str, synth: &[&str]) -> Result<Outco
     for (one, other) in dropped.grasps.iter().zip(pushed.grasps) {
         let gives = energy.load_compliance(&one.grasp.pose);
         found.rows.push(Row {
-            gives: gives.ok_or("the energy has no layer")?,
+            gives,
             holds: one.stable.ok_or("not simulated")?,
             withstands: other.stable.ok_or("not simulated")?,
             category: one.label_category.clone().unwrap_or_default(),

@@ -13,41 +13,33 @@ use landscape::optimize::QuenchSettings;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::yields::Run;
-
 pub(crate) const CHAINS: u64 = 24;
 pub(crate) const OBJECT: &str = "bottle_round";
-/// Grasps that pass the strict filter, those of them that hold, and the first chain of these.
-pub(crate) const COLUMNS: &str = "kept,held,shown";
+pub(crate) const SEED: u64 = 0;
 const SIDE: u32 = 320;
 
-pub(crate) fn run(name: String, seed: u64) -> Run {
-    Run {
-        name,
-        object: OBJECT,
-        energy: EnergySettings::closed(),
-        synthesis: SynthesisSettings::closed(),
-        seed,
-        chains: CHAINS,
-    }
+fn energy(hand: &Arc<Hand>) -> Result<GraspEnergy, Box<dyn Error>> {
+    let object = Arc::new(Object::named(OBJECT)?);
+    let settings = EnergySettings::default();
+    Ok(GraspEnergy::new(hand.clone(), object, settings)?)
 }
 
-fn end(energy: &GraspEnergy, run: &Run, chain: u64) -> Synthesized {
-    let refine = QuenchSettings::default();
-    synthesize(energy, &run.synthesis, &refine, run.seed, chain)
+fn end(energy: &GraspEnergy, chain: u64) -> Synthesized {
+    let (settings, refine) = (SynthesisSettings::default(), QuenchSettings::default());
+    synthesize(energy, &settings, &refine, SEED, chain)
 }
 
-/// A row of [`COLUMNS`]. The shown chain is the first that holds, otherwise the first that is kept, otherwise the first.
-pub(crate) fn measure(run: &Run, hand: &Arc<Hand>) -> Result<[f64; 3], Box<dyn Error>> {
-    let energy = run.energy(hand.clone())?;
+/// Grasps that pass the strict filter, those of them that hold, and the shown chain. The shown chain is the first that holds, otherwise the first that is kept, otherwise the first.
+pub(crate) fn measure(hand: &Arc<Hand>) -> Result<[f64; 3], Box<dyn Error>> {
+    let energy = energy(hand)?;
     let (mesh, description) = Object::parts_of_named(OBJECT)?;
     let mass_kg = description.mass_of(&mesh);
     let solid = Solid::new(&Object::named(OBJECT)?.mesh, Build::Pieces);
     let drop = Protocol::Drop(Drop::default());
-    let judged: Vec<[bool; 2]> = (0..run.chains)
+    let judged: Vec<[bool; 2]> = (0..CHAINS)
         .into_par_iter()
         .map(|chain| {
-            let grasp = end(&energy, run, chain).refined;
+            let grasp = end(&energy, chain).refined;
             let kept = judge(&energy, &grasp).passes_strict();
             [
                 kept,
@@ -67,14 +59,14 @@ pub(crate) fn measure(run: &Run, hand: &Arc<Hand>) -> Result<[f64; 3], Box<dyn E
     clippy::cast_sign_loss,
     reason = "the number of a chain, which the table keeps as text"
 )]
-pub(crate) fn picture(run: &Run, hand: &Arc<Hand>, shown: f64) -> Result<Image, Box<dyn Error>> {
+pub(crate) fn picture(hand: &Arc<Hand>, shown: f64) -> Result<Image, Box<dyn Error>> {
     let chain = shown as u64;
-    let energy = run.energy(hand.clone())?;
+    let energy = energy(hand)?;
     let scene = Scene::of_grasp(
         hand,
         &hand.skin(),
         energy.object(),
-        &end(&energy, run, chain).refined,
+        &end(&energy, chain).refined,
     );
     Ok(scene.render(&scene.best_camera(Vector3::z()), SIDE, SIDE))
 }

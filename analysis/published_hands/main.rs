@@ -1,16 +1,17 @@
 //! Published hands and the built-in ones: do they load, how far are they from `MuJoCo`'s kinematics, how many of their
-//! chains end in a grasp, and how many of these hold? → `figures/published_hands.md`, `.png`, `.csv`, `_closed.csv`
+//! chains end in a grasp, and how many of these hold? → `figures/published_hands.md`, `.png`, `.csv`
 //!
 //! Published hands are sought in the folder `hands` of `LANDSCAPE_TEST_DATA`; paths of other descriptions may be given.
-//! Each hand has 32 chains on the round bottle and on the ball with four contact points, and 24 on the bottle with the
-//! default energy, whose grasps are dropped. Runs in the .csv are not repeated, unless the derived properties of the hand
-//! have changed. Times are printed to the terminal.
+//! Each hand has 24 chains on the round bottle, whose grasps are dropped. Runs in the .csv are not repeated, unless the
+//! derived properties of the hand have changed; delete it to start again. Times are printed to the terminal.
 
 mod closed;
+#[path = "../yields/interval.rs"]
+mod interval;
 #[path = "../../tests/published/mod.rs"]
 mod published;
-#[path = "../yields/mod.rs"]
-mod yields;
+#[path = "../yields/table.rs"]
+mod table;
 
 use std::error::Error;
 use std::fmt::Write;
@@ -19,20 +20,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
+use interval::interval;
 use landscape::figure::contact_sheet;
-use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
-use landscape::grasp::{EnergySettings, judge};
 use landscape::hand::{HAND_NAMES, Hand, HandError, HandFiles};
-use landscape::optimize::QuenchSettings;
 use landscape::store::content_hash;
 use published::{DEX_URDF, Difference, ORIGINALS, REFERENCES};
-use rayon::prelude::*;
-use yields::{Run, Table, interval};
+use table::Table;
 
-const OBJECTS: [&str; 2] = ["bottle_round", "ball"];
-const CHAINS: u64 = 32;
-const SEED: u64 = 0;
-const COLUMNS: &str = "strict,evaluations";
+const HEADER: &str = "name,object,chains,kept,held,shown";
 
 /// A hand that loads.
 struct Loaded {
@@ -82,29 +77,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     let csv = Path::new("figures/published_hands.csv");
-    let mut table = Table::read(csv, COLUMNS)?;
-    let mut keys = Vec::new();
-    for hand in &loaded {
-        for object in OBJECTS {
-            let key = run(hand, object).key()?;
-            if table.of(&key).is_empty() {
-                let row = measure(hand, object)?;
-                table.add(&key, &row);
-            }
-            keys.push(key);
-            table.write(csv, &keys)?;
-        }
-    }
-    let csv = Path::new("figures/published_hands_closed.csv");
-    let mut closed = Table::read(csv, closed::COLUMNS)?;
+    let mut closed = Table::read(csv, HEADER)?;
     let mut keys = Vec::new();
     let (mut images, mut captions) = (Vec::new(), Vec::new());
     for (number, entry) in loaded.iter().enumerate() {
-        let run = closed::run(entry.key(), SEED);
-        let key = run.key()?;
+        let key = entry.key();
         if closed.of(&key).is_empty() {
             let started = Instant::now();
-            let row = closed::measure(&run, &entry.hand)?;
+            let row = closed::measure(&entry.hand)?;
             let seconds = started.elapsed().as_secs_f64();
             eprintln!("{}: kept, held, shown {row:?}, {seconds:.0} s", entry.name);
             closed.add(&key, &row);
@@ -112,7 +92,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         keys.push(key);
         closed.write(csv, &keys)?;
         let shown = closed.of(&keys[number])[0][2];
-        images.push(closed::picture(&run, &entry.hand, shown)?);
+        images.push(closed::picture(&entry.hand, shown)?);
         captions.push(format!("{}   {}", number + 1, entry.hand.name));
     }
     if given.is_empty() {
@@ -124,19 +104,20 @@ fn main() -> Result<(), Box<dyn Error>> {
         )?;
         fs::write(
             "figures/published_hands.md",
-            text(&loaded, &refused, &table, &closed)?,
+            text(&loaded, &refused, &closed)?,
         )?;
     } else {
         contact_sheet(&images, &captions, 5, Path::new("given_hands.png"))?;
-        println!("{}", text(&loaded, &refused, &table, &closed)?);
+        println!("{}", text(&loaded, &refused, &closed)?);
     }
     Ok(())
 }
 
 impl Loaded {
-    /// Its name in tables.
+    /// Its key in the table.
     fn key(&self) -> String {
-        format!("{} {}", self.name, self.derived)
+        let (object, chains) = (closed::OBJECT, closed::CHAINS);
+        format!("{} {},{object},{chains}", self.name, self.derived)
     }
 }
 
@@ -154,67 +135,29 @@ fn load(name: &str, files: &HandFiles, reference: Option<&Path>) -> Result<Loade
     })
 }
 
-fn run(loaded: &Loaded, object: &'static str) -> Run {
-    Run {
-        name: loaded.key(),
-        object,
-        energy: EnergySettings::four_points(),
-        synthesis: SynthesisSettings::four_points(),
-        seed: SEED,
-        chains: CHAINS,
-    }
-}
-
-/// A row of [`COLUMNS`].
-fn measure(loaded: &Loaded, object: &'static str) -> Result<[f64; 2], Box<dyn Error>> {
-    let run = run(loaded, object);
-    let energy = run.energy(loaded.hand.clone())?;
-    let refine = QuenchSettings::default();
-    let started = Instant::now();
-    let ends: Vec<(bool, u64)> = (0..CHAINS)
-        .into_par_iter()
-        .map(|chain| {
-            let end = synthesize(&energy, &run.synthesis, &refine, SEED, chain);
-            let judgement = judge(&energy, &end.refined);
-            (judgement.passes_strict(), end.evaluations)
-        })
-        .collect();
-    let strict = ends.iter().filter(|(strict, _)| *strict).count() as f64;
-    let evaluations: u64 = ends.iter().map(|(_, evaluations)| evaluations).sum();
-    eprintln!(
-        "{} on {}: {strict} of {CHAINS}, {evaluations} evaluations, {:.0} s",
-        loaded.name,
-        run.object,
-        started.elapsed().as_secs_f64()
-    );
-    Ok([strict, evaluations as f64])
-}
-
 fn text(
     loaded: &[Loaded],
     refused: &[(String, String)],
-    table: &Table,
     closed: &Table,
 ) -> Result<String, Box<dyn Error>> {
     let mut text = format!(
         "# Published hands\n\nNothing is annotated but what their side files say, and only those of our own have one. \
          The error of the kinematics is the largest over all links and some configurations, against MuJoCo 4.0.0. \
          *Kept* are grasps on {} that pass the strict filter, of {} chains with the default energy; *hold* are those of them \
-         that keep the bottle when it drops (with the 95 % interval). The last four columns are the preset `four_points`, \
-         whose grasps are light touches: grasps of {CHAINS} chains that pass the strict filter, with the 95 % interval, and \
-         evaluations of the energy for each. The seed is {SEED}. The picture shows a grasp of each hand that holds.\n\n\
+         that keep the bottle when it drops (with the 95 % interval). The seed is {}. The picture shows a grasp of each hand that holds.\n\n\
          ![A grasp of each hand](published_hands.png)\n\n\
-         | | hand | links | joints | digits | kinematics off by | kept | hold | bottle_round | evaluations | ball | evaluations |\n\
-         |---|---|---|---|---|---|---|---|---|---|---|---|\n",
+         | | hand | links | joints | digits | kinematics off by | kept | hold |\n\
+         |---|---|---|---|---|---|---|---|\n",
         closed::OBJECT,
         closed::CHAINS,
+        closed::SEED,
     );
     for (number, entry) in loaded.iter().enumerate() {
         let hand = &entry.hand;
         let off = entry.difference.as_ref().map_or("–".to_owned(), |off| {
             format!("{:.0e} m, {:.0e} rad", off.metres, off.radians)
         });
-        let rows = closed.of(&closed::run(entry.key(), SEED).key()?);
+        let rows = closed.of(&entry.key());
         let [kept, held, _] = rows[0][..] else {
             return Err("a row of the table is broken".into());
         };
@@ -235,18 +178,6 @@ fn text(
             hand.digits.len() - 1,
             closed::CHAINS,
         );
-        for object in OBJECTS {
-            let rows = table.of(&run(entry, object).key()?);
-            let [strict, evaluations] = rows[0][..] else {
-                return Err("a row of the table is broken".into());
-            };
-            let [low, high] = interval(strict, CHAINS as f64).map(|share| 100.0 * share);
-            let _ = write!(
-                text,
-                " | {strict} of {CHAINS} ({low:.0}–{high:.0} %) | {:.0}",
-                evaluations / strict
-            );
-        }
         text.push_str(" |\n");
     }
     if !refused.is_empty() {

@@ -5,6 +5,9 @@
 //! = 0.5 by the exact test with the normals of the exact mesh. The pictures show the samples at five quantiles of ‖Gc‖
 //! after refinement. `cargo run --release --example refinement`; `-- --quick`: 12 short chains, into `target/`.
 
+#[path = "../method.rs"]
+#[expect(dead_code, reason = "each program uses a part")]
+mod method;
 mod picture;
 mod report;
 #[path = "../roc.rs"]
@@ -15,26 +18,17 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
-use landscape::grasp::{EnergySettings, Grasp, GraspEnergy, Judgement, judge, measure_contacts};
+use landscape::grasp::paper::PaperSettings;
+use landscape::grasp::{Grasp, Judgement};
 use landscape::hand::Hand;
 use landscape::object::Object;
-use landscape::optimize::QuenchSettings;
+use method::Method;
 use rayon::prelude::*;
 use roc::{Roc, RocError};
 
 const OBJECT: &str = "bottle_round";
 const SEED: u64 = 6;
 const CHAINS: u64 = 400;
-
-/// A method of sampling.
-struct Method {
-    name: &'static str,
-    /// Name of the refinement.
-    refinement: &'static str,
-    energy: EnergySettings,
-    synthesis: SynthesisSettings,
-}
 
 /// A sample before or after refinement.
 struct State {
@@ -54,8 +48,10 @@ struct Sample {
 
 /// All samples of a method, in ascending order of ‖Gc‖ after refinement.
 struct Series {
+    name: &'static str,
+    /// What the energy is made of, and the name of the refinement.
+    about: String,
     method: Method,
-    energy: GraspEnergy,
     samples: Vec<Sample>,
 }
 
@@ -63,13 +59,24 @@ fn main() -> Result<(), Box<dyn Error>> {
     let quick = std::env::args().any(|argument| argument == "--quick");
     let folder = PathBuf::from(if quick { "target" } else { "figures" });
     let object = Arc::new(Object::named(OBJECT)?);
+    let hand = Arc::new(Hand::human());
+    let chains = if quick { 12 } else { CHAINS };
     let mut all = Vec::new();
-    for mut method in methods() {
+    for (mut settings, refinement) in [
+        (PaperSettings::printed(), "descent, contacts held"),
+        (PaperSettings::released(), "1000 cold noisy steps"),
+    ] {
         if quick {
-            method.synthesis.steps = method.synthesis.steps.min(500);
+            settings.steps = 500;
         }
-        all.push(run(method, &object, if quick { 12 } else { CHAINS })?);
+        let method = Method::paper(&hand, &object, settings);
+        let about = format!("{} contacts, refined by {refinement}", settings.contacts);
+        all.push(run(method.name(), about, method, chains));
     }
+    // Chains that end without a grasp count; otherwise there would be no trapped samples.
+    let closed = Method::closed(&hand, &object)?;
+    let about = "an elastic layer, refined by descent".to_owned();
+    all.push(run("closed, first attempt", about, closed, chains));
     picture::sheet(&all).save(&folder.join("refinement.png"))?;
     picture::curves(&all)
         .draw()?
@@ -79,55 +86,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn methods() -> [Method; 4] {
-    [
-        Method {
-            name: "as printed",
-            refinement: "descent, contacts held",
-            energy: EnergySettings::paper(),
-            synthesis: SynthesisSettings::paper(),
-        },
-        Method {
-            name: "as released",
-            refinement: "1000 cold noisy steps",
-            energy: EnergySettings::released(),
-            synthesis: SynthesisSettings::released(),
-        },
-        // Samples that the strict filter would reject are kept; otherwise there would be no trapped ones.
-        Method {
-            // The preset `four_points`.
-            name: "ours, first attempt",
-            refinement: "descent",
-            energy: EnergySettings::four_points(),
-            synthesis: SynthesisSettings {
-                steps: SynthesisSettings::four_points().steps
-                    / SynthesisSettings::four_points().attempts,
-                attempts: 1,
-                ..SynthesisSettings::four_points()
-            },
-        },
-        Method {
-            name: "closed, first attempt",
-            refinement: "descent",
-            energy: EnergySettings::closed(),
-            synthesis: SynthesisSettings {
-                steps: SynthesisSettings::closed().steps / SynthesisSettings::closed().attempts,
-                attempts: 1,
-                ..SynthesisSettings::closed()
-            },
-        },
-    ]
-}
-
-fn run(method: Method, object: &Arc<Object>, chains: u64) -> Result<Series, Box<dyn Error>> {
-    let energy = GraspEnergy::new(Arc::new(Hand::human()), object.clone(), method.energy)?;
-    let refine = QuenchSettings::default();
+fn run(name: &'static str, about: String, method: Method, chains: u64) -> Series {
     let sample = |chain| {
-        let end = synthesize(&energy, &method.synthesis, &refine, SEED, chain);
+        let end = method.run(SEED, chain, &mut |_, _| ());
         Sample {
             chain,
-            before: State::new(&energy, end.raw),
-            after: State::new(&energy, end.refined),
+            before: State::new(&method, end.raw),
+            after: State::new(&method, end.refined),
             energy: end.energy,
         }
     };
@@ -136,19 +101,20 @@ fn run(method: Method, object: &Arc<Object>, chains: u64) -> Result<Series, Box<
         let norm = |sample: &Sample| sample.after.judgement.net_wrench;
         norm(a).total_cmp(&norm(b)).then(a.chain.cmp(&b.chain))
     });
-    Ok(Series {
+    Series {
+        name,
+        about,
         method,
-        energy,
         samples,
-    })
+    }
 }
 
 impl State {
-    fn new(energy: &GraspEnergy, grasp: Grasp) -> Self {
-        let measured = measure_contacts(energy, &grasp);
+    fn new(method: &Method, grasp: Grasp) -> Self {
+        let measured = method.contacts(&grasp);
         let sum: f64 = measured.iter().map(|m| m.distance_m.abs()).sum();
         Self {
-            judgement: judge(energy, &grasp),
+            judgement: method.judge(&grasp),
             mean_distance_m: sum / measured.len() as f64,
             grasp,
         }

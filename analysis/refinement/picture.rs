@@ -28,15 +28,7 @@ pub(crate) fn sheet(all: &[Series]) -> Canvas {
         .with_pixels_per_unit(1);
     let mut top = GAP;
     for series in all {
-        let method = &series.method;
-        let contacts = match method.energy.layer {
-            Some(_) => "an elastic layer".to_owned(),
-            None => format!("{} contacts", method.energy.contacts),
-        };
-        let title = format!(
-            "{}, {contacts}, refined by {}",
-            method.name, method.refinement
-        );
+        let title = format!("{}, {}", series.name, series.about);
         let face = TextFace::new(18.0, theme::INK).bold();
         canvas.text([f64::from(LEFT), f64::from(top) + 14.0], &title, face);
         for (words, at) in [("before", top + TITLE), ("after", top + TITLE + row)] {
@@ -80,7 +72,7 @@ pub(crate) fn sheet(all: &[Series]) -> Canvas {
 }
 
 fn render(series: &Series, sample: &Sample) -> [Image; 2] {
-    let (hand, object) = (series.energy.hand(), series.energy.object());
+    let (hand, object) = (series.method.hand(), series.method.object());
     let skin = hand.skin();
     let before = Scene::of_grasp(hand, &skin, object, &sample.before.grasp);
     let after = Scene::of_grasp(hand, &skin, object, &sample.after.grasp);
@@ -136,11 +128,7 @@ fn panel(series: &Series, truth: Truth) -> Panel {
     Panel {
         legend: Some(Corner::LowerRight),
         ..Panel::new(
-            &format!(
-                "{}: {trapped} of {count} {}",
-                series.method.name,
-                truth.name()
-            ),
+            &format!("{}: {trapped} of {count} {}", series.name, truth.name()),
             Axis::linear("share of the others taken for such").with_range(0.0, 1.0),
             Axis::linear("share of them found").with_range(0.0, 1.0),
             lines,

@@ -12,9 +12,8 @@ pub(crate) fn text(all: &[Series]) -> String {
         "# Before and after refinement, and who is trapped\n\n\
          Chains on `{OBJECT}`, seed {SEED}. Contacts are measured on the exact mesh; *closure*: exact force closure at μ = 0.5; \
          *grasp*: closure, and every contact within 2 mm of the mesh. ‖Gc‖ is that of the exact mesh, its arms divided by the method's \
-         own unit (object radius; 120 mm as released). Medians over all samples. *Ours*: \
-         the preset `four_points`; *closed*: the default preset, whose energy has no contact set, so that the best set of each \
-         pose is judged, and which refines an end on the energy that does not name the digits of a grip. Written by `cargo run --release --example refinement`.\n\n\
+         own unit (object radius; 120 mm as released). Medians over all samples. *Closed*: \
+         the default energy, which has no contact set, so that the best set of each pose is judged, and which refines an end on the energy that does not name the digits of a grip. Written by `cargo run --release --example refinement`.\n\n\
          | method | chains | ‖Gc‖ before | after | mean contact distance before, mm | after, mm | closure before | after | grasp \
          before | after |\n|---|---|---|---|---|---|---|---|---|---|\n"
     );
@@ -30,7 +29,7 @@ pub(crate) fn text(all: &[Series]) -> String {
         let _ = write!(
             text,
             "| {} | {} | {norm_before:.3} | {norm_after:.3} | {far:.2} | {near:.2}",
-            series.method.name,
+            series.name,
             series.samples.len(),
         );
         for truth in Truth::ALL {
@@ -72,7 +71,7 @@ fn areas(text: &mut String, all: &[Series]) {
             let _ = write!(
                 text,
                 "| {} | {name} | {} of {} |",
-                series.method.name,
+                series.name,
                 series.trapped(truth),
                 series.samples.len()
             );
@@ -96,7 +95,7 @@ fn threshold(text: &mut String, all: &[Series]) {
     for series in all {
         for truth in Truth::ALL {
             let name = truth.name();
-            let _ = write!(text, "| {} | {name} |", series.method.name);
+            let _ = write!(text, "| {} | {name} |", series.name);
             for (trapped, accused) in [(true, true), (true, false), (false, true), (false, false)] {
                 let cases = series.samples.iter().filter(|sample| {
                     let high = Score::NetWrench.of(sample) >= THRESHOLD;
@@ -122,7 +121,7 @@ fn pictured(text: &mut String, all: &[Series]) {
             let _ = writeln!(
                 text,
                 "| {} | {} | {:.3} | {:.3} | {:.2} | {:.2} | {} | {} |",
-                series.method.name,
+                series.name,
                 sample.chain,
                 before.judgement.net_wrench,
                 after.judgement.net_wrench,

@@ -7,7 +7,7 @@ use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use landscape::energy::{Energy, Wrapper, hessian_from_gradients};
+use landscape::energy::{Energy, hessian_from_gradients};
 use landscape::space::Space;
 use landscape::topography::JournalError;
 use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods};
@@ -486,7 +486,7 @@ pub(crate) struct Function<'a> {
     pub(crate) difference: f64,
 }
 
-impl Wrapper for Function<'_> {
+impl Energy for Function<'_> {
     fn space(&self) -> &dyn Space {
         self.space
     }
@@ -520,14 +520,6 @@ impl Wrapper for Function<'_> {
             known.then_some(gradients)
         };
         hessian_from_gradients(self.space, x, self.difference, gradients, hessian)
-    }
-
-    fn piecewise(&self) -> Option<&dyn landscape::energy::Piecewise> {
-        None
-    }
-
-    fn explain(&self) -> Option<&dyn landscape::energy::Explain> {
-        None
     }
 }
 

@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use landscape::energy::Energy as _;
-use landscape::grasp::GraspEnergy;
-use landscape::study::Experiment;
+use landscape::grasp::{EnergySettings, GraspEnergy};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use rayon::prelude::*;
@@ -34,10 +33,8 @@ type Evaluated<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
 #[pymethods]
 impl Energy {
     #[new]
-    fn new(py: Python<'_>, hand: &Hand, object: &Object, preset: &str) -> PyResult<Self> {
-        let settings = Experiment::preset(preset)
-            .map_err(|wrong| error::of(py, &wrong))?
-            .energy;
+    fn new(py: Python<'_>, hand: &Hand, object: &Object) -> PyResult<Self> {
+        let settings = EnergySettings::default();
         let parts = (hand.hand.clone(), object.object.clone());
         let energy = detached(
             py,

@@ -4,10 +4,11 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use landscape::grasp::EnergySettings;
 use landscape::grasp::Grasp;
 use landscape::space::Pose;
 use landscape::store::{GraspFile, GraspRow, Metadata, Overrides, SCHEMA_VERSION};
-use landscape::study::{self, Experiment, JudgedGrasp, judge_all};
+use landscape::study::{self, JudgedGrasp, judge_all};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -118,7 +119,6 @@ impl Grasps {
         rotation_wxyz: &Bound<'_, PyAny>,
         joints: &Bound<'_, PyAny>,
         contacts: Option<Vec<Vec<u32>>>,
-        preset: &str,
         source: &str,
     ) -> PyResult<Self> {
         let translation = points(py, "translation", translation, 3)?;
@@ -144,9 +144,7 @@ impl Grasps {
                 "translation has no rows: at least one grasp is needed",
             ));
         }
-        let energy = Experiment::preset(preset)
-            .map_err(|wrong| error::of(py, &wrong))?
-            .energy;
+        let energy = EnergySettings::default();
         let mut file = GraspFile {
             metadata: Metadata {
                 schema_version: SCHEMA_VERSION,

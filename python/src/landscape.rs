@@ -138,8 +138,6 @@ impl Folder {
         columns.set_item("members", members)?;
         let labels: Vec<Option<&str>> = rows().map(|row| row.label()).collect();
         columns.set_item("label", labels)?;
-        let choices: Vec<_> = rows().map(|row| column(py, row.choice.clone())).collect();
-        columns.set_item("choice", choices)?;
         Ok(columns)
     }
 

@@ -108,7 +108,7 @@ def test_a_forked_process_is_told_to_spawn():
 
 def test_numbers_that_are_no_pose_are_refused():
     hand = ls.Hand("human")
-    energy = ls.Energy(hand, ls.Object("ball"), preset="four_points")
+    energy = ls.Energy(hand, ls.Object("ball"))
     pose = np.zeros((1, len(hand.rest_pose)))
     for ask in (energy, energy.evaluate):
         with pytest.raises(ls.InputError, match="row 0 has the quaternion .* length is 0"):

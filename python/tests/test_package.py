@@ -53,7 +53,7 @@ def test_command_line():
         (("synth", "--objct", "x"), "unexpected argument '--objct' found; tip: a similar argument exists: '--object'"),
         (
             ("synth", "--object=box", "--keep=x"),
-            "invalid value 'x' for '--keep <KEEP>' [possible values: strict, firm, published, all]",
+            "invalid value 'x' for '--keep <KEEP>' [possible values: strict, published, all]",
         ),
         (("synth", "--object=box", "-n=-1"), "invalid value '-1' for '--chains <N>': invalid digit found in string"),
     ],

@@ -49,7 +49,7 @@ def run(*words, folder):
 def source(tmp_path_factory):
     folder = tmp_path_factory.mktemp("grasps")
     done = run(
-        *"synth --object box -n 8 --preset four_points --steps 400 --keep all --seed 1 -q -o g.parquet".split(), folder=folder
+        *"synth --object box -n 8 --steps 1 --keep all --seed 1 -q -o g.parquet".split(), folder=folder
     )
     assert done.returncode == 0, done.stderr
     return folder / "g.parquet"
@@ -69,7 +69,7 @@ def test_a_filtered_file_can_be_used(tool, source, tmp_path):
             assert "warning" not in done.stderr, done.stderr
         elif verb[0] == "inspect":
             # The names are those of a hand and an object that come with the program, and the columns tell the energy.
-            for words in ["hand `human`", "object `box`", "preset `four_points`"]:
+            for words in ["hand `human`", "object `box`", "the default one is used"]:
                 assert words in done.stderr, done.stderr
 
 

@@ -23,7 +23,7 @@ if len(sys.argv) > 4:
     file, hand, thing = Path(sys.argv[2]), ls.Hand(sys.argv[3]), ls.Object(sys.argv[4])
 else:
     hand, thing = ls.Hand("human"), ls.Object("bottle_round")
-    mine = ls.synthesize(hand, thing, 40, seed=2, keep="all", preset="four_points", steps=300)
+    mine = ls.synthesize(hand, thing, 40, seed=2, keep="all", steps=1)
     file = mine.export(folder / "grasps.npy", format="dexgraspnet")
 
 grasps = ls.import_grasps(file, hand, thing)

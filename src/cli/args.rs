@@ -92,7 +92,7 @@ pub(super) struct WithPage {
 #[derive(Debug, Clone, Copy, Args)]
 pub(super) struct GroupBarrier {
     /// Put minima that are joined by a relative barrier of at most E, in units of the energy, into one group. (The energy of
-    /// the preset `closed` is in units of the cost of letting go.) The groups of two landscapes are comparable only at the
+    /// grasps is in units of the cost of letting go.) The groups of two landscapes are comparable only at the
     /// same E.
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     pub(super) group_barrier: Option<f64>,

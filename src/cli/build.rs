@@ -121,9 +121,7 @@ same to the last byte.
 The first line counts different grasps, which are the minima of the energy, and families, which are groups of them. Two minima
 are in one group if a path joins them whose relative barrier is at most the group barrier. For grasps of synth, this
 barrier is what it costs to put one resting phalanx on the object, in every landscape: within a group, no more than one
-phalanx at a time comes or goes. For any other energy, the program chooses the barrier at which the groups depend least on single connections, but at most the
-cost of hovering 2 mm off the object: a hand that far off touches nothing, so higher barriers are crossed by letting go
-and do not distinguish grasps. Each of these landscapes has its own group barrier, unless --group-barrier sets it.";
+phalanx at a time comes or goes.";
 
 pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
     for (flag, value) in [("temperature", command.temperature), ("pull", command.pull)] {

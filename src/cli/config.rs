@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use super::args::Common;
 use super::stability::ProtocolName;
 use crate::cli::printing::{print, print_json};
-use crate::study::{ConfigurationFile, DEFAULT_PRESET};
+use crate::study::ConfigurationFile;
 
 /// Print the settings of a command.
 #[derive(Debug, Args)]
@@ -14,9 +14,6 @@ pub(super) struct Config {
     /// The command.
     #[arg(value_name = "COMMAND", value_enum)]
     of: Configurable,
-    /// The preset of `synth`; `landscape help synth` lists them.
-    #[arg(long, value_name = "NAME")]
-    preset: Option<String>,
     /// The protocol of `stability`.
     #[arg(long, value_enum)]
     protocol: Option<ProtocolName>,
@@ -39,7 +36,7 @@ pub(super) const EXAMPLES: &str = "\
 Examples:
   landscape config build > mine.toml                       all settings of `build`, each with a comment
   landscape build grasps.parquet --config mine.toml        the same map, until mine.toml is edited
-  landscape config synth --preset four_points              those of another energy
+  landscape config synth > mine.toml                       those of energy and sampler
   landscape config stability --protocol six-directions     those of another protocol
 
 A file may leave out any of its keys; the defaults hold for them. Keys that begin with # are measured, depend on the
@@ -47,17 +44,11 @@ energy, or have no default. Unknown keys are refused. Flags override the file.";
 
 pub(super) fn run(command: &Config, common: &Common) -> anyhow::Result<()> {
     ensure!(
-        command.preset.is_none() || command.of == Configurable::Synth,
-        "--preset: only `synth` has presets"
-    );
-    ensure!(
         command.protocol.is_none() || command.of == Configurable::Stability,
         "--protocol: only `stability` has protocols"
     );
     let file = match command.of {
-        Configurable::Synth => {
-            ConfigurationFile::Synth(command.preset.as_deref().unwrap_or(DEFAULT_PRESET))
-        }
+        Configurable::Synth => ConfigurationFile::Synth,
         Configurable::Build => ConfigurationFile::Build,
         Configurable::Surface => ConfigurationFile::Surface,
         Configurable::Stability => {
@@ -66,8 +57,8 @@ pub(super) fn run(command: &Config, common: &Common) -> anyhow::Result<()> {
         }
     };
     if common.json {
-        return print_json(&file.values()?);
+        return print_json(&file.values());
     }
-    print(&file.text()?);
+    print(&file.text());
     Ok(())
 }

@@ -16,14 +16,13 @@ use super::run::{Watch, open_journal, stoppable};
 use crate::cli::printing::{complain, explain, print, print_json};
 use crate::evaluation::Diversity;
 use crate::evaluation::stability::{Drop, Protocol};
-use crate::grasp::synthesis::{Refinement, Sampler};
 use crate::grasp::{GraspEnergy, Judgement};
 use crate::limits::{CHAINS, PERTURBATION, STEPS};
 use crate::printable::counted;
 use crate::store::{GraspFile, Metadata};
 use crate::study::{
-    DEFAULT_PRESET, Experiment, Keep, Origin, PopulationSettings, Run, Synthesis, doubted_size,
-    simulate_sample, synthesize_population,
+    Experiment, Keep, Origin, PopulationSettings, Run, Synthesis, doubted_size, simulate_sample,
+    synthesize_population,
 };
 
 /// Synthesize grasps.
@@ -85,29 +84,16 @@ pub(super) struct Synth {
     /// for each given grasp.
     #[arg(short = 'n', long, value_name = "N")]
     chains: Option<u64>,
-    /// Steps of each chain; with the preset `closed`, descents.
+    /// Greatest number of descents of each chain.
     #[arg(long, value_name = "N")]
     steps: Option<u32>,
-    /// Number of contacts of a grasp.
-    #[arg(long, value_name = "N")]
-    contacts: Option<usize>,
     /// Seed of all random draws.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Energy and sampler: `closed` (the hand as an elastic layer; minima are closed hands that hold), `four_points` (the
-    /// best four contact points; minima are light touches), `paper` (as printed) or `released` (as in the authors' code).
-    #[arg(
-        long,
-        default_value = DEFAULT_PRESET,
-        value_name = "NAME",
-        conflicts_with = "config"
-    )]
-    preset: String,
     /// Experiment file (TOML) with the sections [energy] and [synthesis]; see data/experiments.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Filter of the grasps to keep: the strict filter, the strict filter with firm pressing, the published filter (Eq.
-    /// 11), or none.
+    /// Filter of the grasps to keep: the strict filter, the published filter (Eq. 11), or none.
     #[arg(long, value_enum, default_value_t = KeepName::Strict)]
     keep: KeepName,
     /// Keep at most N grasps, chosen so that they are spread evenly over the object.
@@ -127,12 +113,8 @@ pub(super) struct Synth {
 /// Filter of the grasps to keep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum KeepName {
-    /// Grasps that a person could hold: contacts within 2 mm, nothing deeper than 1 mm (2 mm without an elastic layer), exact force closure, …
+    /// Grasps that a person could hold: contacts within 2 mm, nothing deeper than 1 mm, exact force closure, …
     Strict,
-    /// For energies without an elastic layer (such as `four_points`): grasps whose hand, closed until it presses, passes the
-    /// strict filter and holds firmly, so that it keeps the object in simulation. They are a millimetre or two away from
-    /// minima of the energy. With the default energy, strict grasps press already, and few of them pass, or none.
-    Firm,
     /// Grasps that pass Eq. 11 of the paper.
     Published,
     /// The ends of all chains.
@@ -143,8 +125,7 @@ pub(super) const EXAMPLES: &str = "\
 Examples:
   landscape synth --object bottle_round -n 64              64 chains on a bottle that comes with the program
   landscape synth --object mug.obj -n 256 -o mug.parquet   your own mesh (metres, closed)
-  landscape synth --object ball --preset paper --keep all  the published energy and sampler
-  landscape synth --object mug --preset four_points        the best four contact points, as in earlier versions
+  landscape synth --object mug --config mine.toml          other settings (landscape config synth > mine.toml)
   landscape synth --from mug.parquet -o better.parquet     refine given grasps
   landscape synth --from mug.parquet --perturb 10 -n 500 -o more.parquet
                                                            find more grasps near given ones
@@ -152,26 +133,16 @@ Examples:
 An interrupted run continues where it stopped when the same command is given again; --resume demands this, and --fresh
 starts over. The result is the same to the last byte.";
 
-/// Printed after a run that keeps strict grasps.
-const ADVICE: &str = "note: strict grasps close and balance, but are not squeezed: many fall in the drop test. `landscape \
-stability` shows which hold; `--keep firm` makes grasps that press.";
-
 /// Which settings are used, and how much work a chain does.
 fn plan(command: &Synth, settings: &PopulationSettings) -> String {
     let chosen = match &command.config {
         Some(path) => format!("from {}", path.display()),
-        None => format!("the preset {}", command.preset),
+        None => "the usual ones".to_owned(),
     };
-    let synthesis = &settings.experiment.synthesis;
-    let work = match synthesis.sampler {
-        Sampler::Descent => format!("up to {} descents", synthesis.steps),
-        _ => format!(
-            "up to {} attempts in {} steps",
-            synthesis.attempts, synthesis.steps
-        ),
-    };
+    let descents = settings.experiment.synthesis.steps;
     format!(
-        "energy and sampler are {chosen}; each of {} chains makes {work} and is kept if it passes the filter `{:?}`",
+        "energy and sampler are {chosen}; each of {} chains makes up to {descents} descents and is kept if it passes the \
+         filter `{:?}`",
         settings.chains, settings.keep
     )
 }
@@ -212,10 +183,7 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         "{} the filter{}: {}",
         none_passed(found.chains.len()),
         refused.map_or(String::new(), |refused| format!(" ({refused})")),
-        doubt.map_or_else(
-            || remedy(&settings).to_owned(),
-            |doubt| doubt.doubt.to_string()
-        )
+        doubt.map_or_else(|| REMEDY.to_owned(), |doubt| doubt.doubt.to_string())
     );
     let mut answer = answer(&energy, &found, &settings, &command.output);
     if common.verbose {
@@ -234,9 +202,6 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     journal.remove()?;
     if !common.quiet {
         print(&answer);
-        if settings.keep == Keep::Strict && energy.settings().layer.is_none() {
-            print(ADVICE);
-        }
     }
     let dropped = if common.quiet && !common.json {
         None
@@ -324,14 +289,7 @@ fn none_passed(chains: usize) -> String {
 }
 
 /// What to do if no chain passes the filter.
-fn remedy(settings: &PopulationSettings) -> &'static str {
-    if settings.keep == Keep::Preloaded && settings.experiment.energy.layer.is_some() {
-        "with this energy, which has an elastic layer, strict grasps press on the object already, so keep those (leave \
-         out --keep firm); firm grasps are meant for energies without such a layer (--preset four_points)"
-    } else {
-        "run more (-n) or longer ones (--steps with --fresh), or keep others (--keep)"
-    }
-}
+const REMEDY: &str = "run more (-n) or longer ones (--steps with --fresh), or keep others (--keep)";
 
 /// Prints how many of at most `most` grasps hold in the drop test, and returns how many were dropped and how many of them
 /// held. The file is written already, so nothing fails here.
@@ -401,24 +359,11 @@ fn origin(command: &Synth, common: &Common) -> anyhow::Result<(Origin, Vec<Strin
 fn settings(command: &Synth, common: &Common) -> anyhow::Result<PopulationSettings> {
     let mut experiment = match &command.config {
         Some(path) => Experiment::read(path)?,
-        None => Experiment::preset(&command.preset)?,
+        None => Experiment::default(),
     };
     if let Some(steps) = command.steps {
         within("--steps", STEPS, steps.into())?;
-        let synthesis = &mut experiment.synthesis;
-        // A shorter chain of walks makes fewer attempts of the same length.
-        if synthesis.sampler != Sampler::Descent {
-            let of_an_attempt = (synthesis.steps / synthesis.attempts.max(1)).max(1);
-            synthesis.attempts = synthesis.attempts.min(steps / of_an_attempt).max(1);
-        }
-        synthesis.steps = steps;
-    }
-    if command.keep == KeepName::Firm {
-        experiment.synthesis.refinement = Refinement::Pressed;
-    }
-    if let Some(contacts) = command.contacts {
-        experiment.energy.contacts = contacts;
-        experiment.energy.validate()?;
+        experiment.synthesis.steps = steps;
     }
     anyhow::ensure!(
         command.spread != Some(0),
@@ -446,7 +391,6 @@ fn settings(command: &Synth, common: &Common) -> anyhow::Result<PopulationSettin
         displacement_m: 1e-3 * command.perturb.unwrap_or(0.0),
         keep: match command.keep {
             KeepName::Strict => Keep::Strict,
-            KeepName::Firm => Keep::Preloaded,
             KeepName::Published => Keep::Published,
             KeepName::All => Keep::All,
         },
@@ -564,16 +508,5 @@ mod tests {
         ] {
             assert_eq!(hold(held, dropped, all).trim_end(), told);
         }
-    }
-
-    #[test]
-    fn without_firm_grasps_the_remedy_depends_on_the_energy() {
-        let firm = |preset: &str| PopulationSettings {
-            experiment: Experiment::preset(preset).unwrap(),
-            keep: Keep::Preloaded,
-            ..PopulationSettings::default()
-        };
-        assert!(remedy(&firm(DEFAULT_PRESET)).contains("leave out --keep firm"));
-        assert!(remedy(&firm("four_points")).starts_with("run more"));
     }
 }

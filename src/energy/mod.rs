@@ -17,7 +17,7 @@ pub use function_on::FunctionOn;
 pub use gradient_check::{GradientFault, check_gradient};
 pub use in_box::InBox;
 
-/// A scalar field on a [`Space`], continuously differentiable where it is finite (or piecewise so, if documented).
+/// A scalar field on a [`Space`], continuously differentiable where it is finite.
 ///
 /// A function of `x` alone: the same `x` gives the same bits, on any thread and after any other call.
 pub trait Energy: Sync {
@@ -47,46 +47,10 @@ pub trait Energy: Sync {
         false
     }
 
-    /// This energy as a minimum over smooth pieces, if it is one.
-    fn piecewise(&self) -> Option<&dyn Piecewise> {
-        None
-    }
-
     /// The explanations that this energy gives of a point, if any.
     fn explain(&self) -> Option<&dyn Explain> {
         None
     }
-}
-
-/// An energy that is the minimum of smooth pieces, such as a grasp's over its contact sets: continuous, with concave kinks
-/// (seams) where the lowest piece changes.
-///
-/// Every method panics if a slice has the wrong length, and returns the same bits for the same arguments.
-pub trait Piecewise: Energy {
-    /// The lowest piece at `x`, as its discrete choice, never empty. Two neighbouring points with different pieces lie on
-    /// two sides of a seam.
-    fn active_piece(&self, x: &[f64]) -> Vec<u32>;
-
-    /// Value and gradient of one piece: smooth in `x`, never below [`Energy::evaluate`].
-    fn evaluate_piece(&self, x: &[f64], piece: &[u32], gradient: &mut [f64]) -> f64;
-
-    /// The energy up to a cut-off: exact where it is at most `cutoff`, otherwise any lower bound of it above `cutoff`. The
-    /// gradient is written only where the returned value is at most `cutoff`.
-    fn evaluate_below(&self, x: &[f64], gradient: &mut [f64], cutoff: f64) -> f64;
-
-    /// The energy for a search that needs accuracy only where it is low, and the piece it belongs to. It is exact where the
-    /// energy is at most `ceiling`, otherwise possibly an upper bound (a good piece instead of the lowest). The gradient
-    /// belongs to the returned value.
-    fn evaluate_roughly_above(
-        &self,
-        x: &[f64],
-        gradient: &mut [f64],
-        ceiling: f64,
-    ) -> (f64, Vec<u32>);
-
-    /// The same energy with its own cache, for a caller that keeps evaluating one neighbourhood: the same bits, cheaper.
-    /// `None` for energies without a cache.
-    fn with_cache(&self) -> Option<Box<dyn Energy + '_>>;
 }
 
 /// Explanations of a point beside its energy.
@@ -100,85 +64,8 @@ pub trait Explain: Sync {
     fn invalid_reason(&self, x: &[f64]) -> Option<String>;
 }
 
-/// An energy around another one. Like [`Energy`] but without defaults, so that a wrapper must forward every method.
-pub trait Wrapper: Sync {
-    /// See [`Energy::space`].
-    fn space(&self) -> &dyn Space;
-    /// See [`Energy::evaluate`].
-    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64;
-    /// See [`Energy::hessian`].
-    fn hessian(&self, x: &[f64], hessian: &mut [f64]) -> bool;
-    /// See [`Energy::piecewise`].
-    fn piecewise(&self) -> Option<&dyn Piecewise>;
-    /// See [`Energy::explain`].
-    fn explain(&self) -> Option<&dyn Explain>;
-}
-
-impl<W: Wrapper> Energy for W {
-    fn space(&self) -> &dyn Space {
-        Wrapper::space(self)
-    }
-
-    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
-        Wrapper::evaluate(self, x, gradient)
-    }
-
-    fn hessian(&self, x: &[f64], hessian: &mut [f64]) -> bool {
-        Wrapper::hessian(self, x, hessian)
-    }
-
-    fn piecewise(&self) -> Option<&dyn Piecewise> {
-        Wrapper::piecewise(self)
-    }
-
-    fn explain(&self) -> Option<&dyn Explain> {
-        Wrapper::explain(self)
-    }
-}
-
-/// The methods of [`Piecewise`] and [`Explain`] for any energy. A smooth energy has a single piece, whose choice is empty,
-/// and an energy without explanations has no terms and no invalid points.
+/// The methods of [`Explain`] for any energy. One without explanations has no terms and no invalid points.
 impl dyn Energy + '_ {
-    /// See [`Piecewise::active_piece`]; empty for smooth energies.
-    pub fn active_piece(&self, x: &[f64]) -> Vec<u32> {
-        let pieces = self.piecewise();
-        pieces.map_or_else(Vec::new, |pieces| pieces.active_piece(x))
-    }
-
-    /// See [`Piecewise::evaluate_piece`].
-    pub fn evaluate_piece(&self, x: &[f64], piece: &[u32], gradient: &mut [f64]) -> f64 {
-        match self.piecewise() {
-            Some(pieces) => pieces.evaluate_piece(x, piece, gradient),
-            None => self.evaluate(x, gradient),
-        }
-    }
-
-    /// See [`Piecewise::evaluate_below`].
-    pub fn evaluate_below(&self, x: &[f64], gradient: &mut [f64], cutoff: f64) -> f64 {
-        match self.piecewise() {
-            Some(pieces) => pieces.evaluate_below(x, gradient, cutoff),
-            None => self.evaluate(x, gradient),
-        }
-    }
-
-    /// See [`Piecewise::evaluate_roughly_above`].
-    pub fn evaluate_roughly_above(
-        &self,
-        x: &[f64],
-        gradient: &mut [f64],
-        ceiling: f64,
-    ) -> (f64, Vec<u32>) {
-        match self.piecewise() {
-            Some(pieces) => pieces.evaluate_roughly_above(x, gradient, ceiling),
-            None => (self.evaluate(x, gradient), Vec::new()),
-        }
-    }
-
-    /// See [`Piecewise::with_cache`].
-    pub fn with_cache(&self) -> Option<Box<dyn Energy + '_>> {
-        self.piecewise()?.with_cache()
-    }
-
     /// See [`Explain::terms`].
     pub fn terms(&self, x: &[f64]) -> Vec<(String, f64)> {
         let explains = self.explain();

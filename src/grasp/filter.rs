@@ -12,15 +12,14 @@ use super::energy::{AUTHORS_UNIT_M, GraspEnergy};
 use super::failure::in_one_concavity;
 use super::layer::Layer;
 use super::term::{Proximity, Scene, for_each_overlap};
-use crate::hand::{LinkId, PosedHand};
+use crate::hand::{Hand, LinkId, PosedHand};
+use crate::object::Object;
 
 /// Friction coefficient of the force-closure test in the strict filter.
 pub const STRICT_FRICTION: f64 = 0.5;
 
-/// Depth that the strict filter refuses, metres.
-const MOST_DEPTH_M: f64 = 0.002;
-/// The same for an energy with an elastic layer, whose hands press on purpose, by less than a millimetre where the skin
-/// has room to yield.
+/// Depth that the strict filter refuses, metres. Closed hands press on purpose, by less than a millimetre where the skin has
+/// room to yield.
 const MOST_PRESSING_M: f64 = 0.001;
 /// Greatest distance of a contact from the mesh, either way, metres.
 pub const MOST_GAP_M: f64 = 0.002;
@@ -52,11 +51,11 @@ pub struct Judgement {
     pub force_closure: bool,
     /// Ferrari–Canny ε at [`STRICT_FRICTION`]; not positive if some wrench cannot be resisted.
     pub epsilon: f64,
-    /// Mean compliance of the elastic layer, from 0 to 1; `None` for an energy without one.
+    /// Mean compliance of the elastic layer, from 0 to 1; `None` if there is none.
     #[serde(default)]
     pub compliance: Option<f64>,
     /// Whether the layer gives little enough under single loads
-    /// ([`LayerSettings::holds`](super::layer::LayerSettings::holds)); `None` for an energy without one.
+    /// ([`LayerSettings::holds`](super::layer::LayerSettings::holds)); `None` if there is none.
     #[serde(default)]
     pub withstands_loads: Option<bool>,
 }
@@ -77,15 +76,8 @@ impl Judgement {
     /// The first condition of the strict filter that fails; `None` if the grasp passes.
     pub fn strict_objection(&self) -> Option<&'static str> {
         let checks = [
-            (
-                self.compliance.is_some() || self.net_wrench < 0.5,
-                "equal forces do not balance",
-            ),
             (self.gap_m <= MOST_GAP_M, "a contact too far off"),
-            (
-                self.deepest_m < most_depth_m(self.compliance),
-                "too deep in the object",
-            ),
+            (self.deepest_m < MOST_PRESSING_M, "too deep in the object"),
             (self.self_penetration_m < 0.003, "too deep in itself"),
             (self.joint_excess_rad <= 1e-3, "beyond joint limits"),
             (self.digits >= 2, "one digit only"),
@@ -101,10 +93,9 @@ impl Judgement {
             .find_map(|(passes, reason)| (!passes).then_some(reason))
     }
 
-    /// The strict filter: ‖Gc‖ < 0.5, contacts within 2 mm, nothing deeper than 2 mm, self-penetration below 3 mm, joint
-    /// limits, at least two digits (of palm, thumb and fingers), contacts not in one concavity, and force closure at μ =
-    /// 0.5. With an energy of an elastic layer, a bound of the compliance replaces ‖Gc‖, which is that of four equal forces, and
-    /// nothing may be deeper than 1 mm.
+    /// The strict filter: contacts within 2 mm, nothing deeper than 1 mm, self-penetration below 3 mm, joint limits, at least
+    /// two digits (of palm, thumb and fingers), contacts not in one concavity, force closure at μ = 0.5, and an elastic layer
+    /// that gives little under single loads.
     pub fn passes_strict(&self) -> bool {
         self.strict_objection().is_none()
     }
@@ -128,25 +119,144 @@ pub struct MeasuredContact {
 /// # Panics
 /// If the grasp belongs to another hand.
 pub fn measure_contacts(energy: &GraspEnergy, grasp: &Grasp) -> Vec<MeasuredContact> {
-    measure(energy, &posed(energy, grasp), &grasp.contacts)
+    Scale::of(energy).measure(grasp)
 }
 
-fn measure(energy: &GraspEnergy, posed: &PosedHand, contacts: &[u32]) -> Vec<MeasuredContact> {
-    let (hand, object) = (energy.hand(), energy.object());
-    let measure = |&index: &u32| {
-        let point = posed.points[index as usize];
-        let nearest = object.exact.nearest(&point);
-        MeasuredContact {
-            surface_point: index,
-            link: hand.surface[index as usize].link,
-            distance_m: nearest.distance_m,
-            contact: PointContact {
-                arm: (point - object.centroid) / energy.unit_m(),
-                inward_normal: -nearest.normal,
-            },
+/// A hand, an object, and the length unit of arms and depths.
+#[derive(Clone, Copy)]
+pub(super) struct Scale<'a> {
+    pub(super) hand: &'a Hand,
+    pub(super) object: &'a Object,
+    pub(super) unit_m: f64,
+}
+
+impl<'a> Scale<'a> {
+    fn of(energy: &'a GraspEnergy) -> Self {
+        Self {
+            hand: energy.hand(),
+            object: energy.object(),
+            unit_m: energy.unit_m(),
         }
-    };
-    contacts.iter().map(measure).collect()
+    }
+
+    fn posed(self, grasp: &Grasp) -> PosedHand {
+        let mut posed = PosedHand::default();
+        self.hand.pose(&grasp.pose, &mut posed);
+        posed
+    }
+
+    pub(super) fn measure(self, grasp: &Grasp) -> Vec<MeasuredContact> {
+        self.measure_posed(&self.posed(grasp), &grasp.contacts)
+    }
+
+    fn measure_posed(self, posed: &PosedHand, contacts: &[u32]) -> Vec<MeasuredContact> {
+        let measure = |&index: &u32| {
+            let point = posed.points[index as usize];
+            let nearest = self.object.exact.nearest(&point);
+            MeasuredContact {
+                surface_point: index,
+                link: self.hand.surface[index as usize].link,
+                distance_m: nearest.distance_m,
+                contact: PointContact {
+                    arm: (point - self.object.centroid) / self.unit_m,
+                    inward_normal: -nearest.normal,
+                },
+            }
+        };
+        contacts.iter().map(measure).collect()
+    }
+
+    /// A judgement without the elastic layer.
+    pub(super) fn judge(self, grasp: &Grasp) -> Judgement {
+        let posed = self.posed(grasp);
+        Judgement {
+            deepest_m: deepest_m(&self.object.exact, self.hand, &posed),
+            ..self.judge_but_depth(grasp, &posed)
+        }
+    }
+
+    /// A judgement with a depth of zero, without the elastic layer.
+    fn judge_but_depth(self, grasp: &Grasp, posed: &PosedHand) -> Judgement {
+        let Self { hand, object, .. } = self;
+        let mut proximity = Proximity::default();
+        proximity.update_pairs(hand, posed);
+        let scene = Scene {
+            hand,
+            posed,
+            joints_rad: grasp.pose.joints(),
+            object,
+            proximity: &proximity,
+            layer: &Layer::default(),
+            near_spheres: &[],
+            unit_m: self.unit_m,
+        };
+
+        let measured = self.measure_posed(posed, &grasp.contacts);
+        let point_contacts: Vec<PointContact> = measured.iter().map(|m| m.contact).collect();
+        let distances_m = || measured.iter().map(|m| m.distance_m);
+        let mut digits: Vec<usize> = measured
+            .iter()
+            .map(|m| hand.links[m.link.0].digit)
+            .collect();
+        digits.sort_unstable();
+        digits.dedup();
+
+        let on_mesh: Vec<Vector3<f64>> = measured
+            .iter()
+            .map(|m| {
+                object
+                    .exact
+                    .nearest(&posed.points[m.surface_point as usize])
+                    .point
+            })
+            .collect();
+
+        let mut penetration = 0.0;
+        let lipschitz = object.shape.lipschitz();
+        for point in &posed.points {
+            // The smooth shape shows where the slow exact distance is needed.
+            if object.shape.distance(point) > 0.003 * lipschitz {
+                continue;
+            }
+            let depth = -object.exact.distance(point);
+            if depth > 0.0 {
+                penetration += depth / AUTHORS_UNIT_M;
+            }
+        }
+        let mut self_penetration_m = 0.0f64;
+        for_each_overlap(&scene, |_, _, _, _, depth| {
+            self_penetration_m = self_penetration_m.max(depth);
+        });
+        let joint_excess_rad =
+            hand.joints
+                .iter()
+                .zip(grasp.pose.joints())
+                .fold(0.0f64, |worst, (joint, &q)| {
+                    let [lower, upper] = joint.limits_rad;
+                    worst.max(q - upper).max(lower - q)
+                });
+        let least = least_friction(&point_contacts);
+        let epsilon_settings = EpsilonSettings {
+            friction: STRICT_FRICTION,
+            ..EpsilonSettings::default()
+        };
+        Judgement {
+            net_wrench: net_wrench(&point_contacts),
+            distance_squared: distances_m().map(|d| (d / AUTHORS_UNIT_M).powi(2)).sum(),
+            penetration,
+            gap_m: distances_m().map(f64::abs).fold(0.0, f64::max),
+            deepest_m: 0.0,
+            self_penetration_m,
+            joint_excess_rad,
+            digits: digits.len(),
+            one_concavity: in_one_concavity(&object.exact, &on_mesh),
+            least_friction: least.is_finite().then_some(least),
+            force_closure: is_force_closure(&point_contacts, STRICT_FRICTION),
+            epsilon: epsilon(&point_contacts, &epsilon_settings).value,
+            compliance: None,
+            withstands_loads: None,
+        }
+    }
 }
 
 /// Judges a grasp on the exact mesh.
@@ -154,11 +264,7 @@ fn measure(energy: &GraspEnergy, posed: &PosedHand, contacts: &[u32]) -> Vec<Mea
 /// # Panics
 /// If the grasp belongs to another hand.
 pub fn judge(energy: &GraspEnergy, grasp: &Grasp) -> Judgement {
-    let posed = posed(energy, grasp);
-    Judgement {
-        deepest_m: deepest_m(&energy.object().exact, energy.hand(), &posed),
-        ..judge_but_depth(energy, grasp, &posed)
-    }
+    with_layer(energy, grasp, Scale::of(energy).judge(grasp))
 }
 
 /// Whether a grasp passes the strict filter: [`Judgement::passes_strict`] of [`judge`]. Depths are the dearest part of a
@@ -167,111 +273,16 @@ pub fn judge(energy: &GraspEnergy, grasp: &Grasp) -> Judgement {
 /// # Panics
 /// If the grasp belongs to another hand.
 pub(crate) fn passes_strict(energy: &GraspEnergy, grasp: &Grasp) -> bool {
-    let posed = posed(energy, grasp);
-    let object = &energy.object().exact;
-    let judgement = judge_but_depth(energy, grasp, &posed);
+    let scale = Scale::of(energy);
+    let posed = scale.posed(grasp);
+    let judgement = with_layer(energy, grasp, scale.judge_but_depth(grasp, &posed));
     judgement.passes_strict()
-        && !is_deeper(
-            object,
-            energy.hand(),
-            &posed,
-            most_depth_m(judgement.compliance),
-        )
+        && !is_deeper(&scale.object.exact, scale.hand, &posed, MOST_PRESSING_M)
 }
 
-/// Depth that the strict filter refuses, metres, for a grasp whose layer has this compliance.
-fn most_depth_m(compliance: Option<f64>) -> f64 {
-    compliance.map_or(MOST_DEPTH_M, |_| MOST_PRESSING_M)
-}
-
-fn posed(energy: &GraspEnergy, grasp: &Grasp) -> PosedHand {
-    let mut posed = PosedHand::default();
-    energy.hand().pose(&grasp.pose, &mut posed);
-    posed
-}
-
-/// A judgement with a depth of zero.
-fn judge_but_depth(energy: &GraspEnergy, grasp: &Grasp, posed: &PosedHand) -> Judgement {
-    let (hand, object) = (energy.hand(), energy.object());
-    let mut proximity = Proximity::default();
-    proximity.update_pairs(hand, posed);
-    let scene = Scene {
-        hand,
-        posed,
-        joints_rad: grasp.pose.joints(),
-        object,
-        near: &[],
-        proximity: &proximity,
-        contacts: &[],
-        layer: &Layer::default(),
-        near_spheres: &[],
-        unit_m: energy.unit_m(),
-        distance_factor: 1.0,
-    };
-
-    let measured = measure(energy, posed, &grasp.contacts);
-    let point_contacts: Vec<PointContact> = measured.iter().map(|m| m.contact).collect();
-    let distances_m = || measured.iter().map(|m| m.distance_m);
-    let mut digits: Vec<usize> = measured
-        .iter()
-        .map(|m| hand.links[m.link.0].digit)
-        .collect();
-    digits.sort_unstable();
-    digits.dedup();
-
-    let on_mesh: Vec<Vector3<f64>> = measured
-        .iter()
-        .map(|m| {
-            object
-                .exact
-                .nearest(&posed.points[m.surface_point as usize])
-                .point
-        })
-        .collect();
-
-    let mut penetration = 0.0;
-    let lipschitz = object.shape.lipschitz();
-    for point in &posed.points {
-        // The smooth shape shows where the slow exact distance is needed.
-        if object.shape.distance(point) > 0.003 * lipschitz {
-            continue;
-        }
-        let depth = -object.exact.distance(point);
-        if depth > 0.0 {
-            penetration += depth / AUTHORS_UNIT_M;
-        }
-    }
-    let mut self_penetration_m = 0.0f64;
-    for_each_overlap(&scene, |_, _, _, _, depth| {
-        self_penetration_m = self_penetration_m.max(depth);
-    });
-    let joint_excess_rad =
-        hand.joints
-            .iter()
-            .zip(grasp.pose.joints())
-            .fold(0.0f64, |worst, (joint, &q)| {
-                let [lower, upper] = joint.limits_rad;
-                worst.max(q - upper).max(lower - q)
-            });
-    let least = least_friction(&point_contacts);
-    let epsilon_settings = EpsilonSettings {
-        friction: STRICT_FRICTION,
-        ..EpsilonSettings::default()
-    };
-    Judgement {
-        net_wrench: net_wrench(&point_contacts),
-        distance_squared: distances_m().map(|d| (d / AUTHORS_UNIT_M).powi(2)).sum(),
-        penetration,
-        gap_m: distances_m().map(f64::abs).fold(0.0, f64::max),
-        deepest_m: 0.0,
-        self_penetration_m,
-        joint_excess_rad,
-        digits: digits.len(),
-        one_concavity: in_one_concavity(&object.exact, &on_mesh),
-        least_friction: least.is_finite().then_some(least),
-        force_closure: is_force_closure(&point_contacts, STRICT_FRICTION),
-        epsilon: epsilon(&point_contacts, &epsilon_settings).value,
-        compliance: energy.compliance(&grasp.pose),
-        withstands_loads: energy.withstands_loads(&grasp.pose),
-    }
+/// The judgement with what the elastic layer says.
+fn with_layer(energy: &GraspEnergy, grasp: &Grasp, mut judgement: Judgement) -> Judgement {
+    judgement.compliance = Some(energy.compliance(&grasp.pose));
+    judgement.withstands_loads = Some(energy.withstands_loads(&grasp.pose));
+    judgement
 }

@@ -1,8 +1,8 @@
 //! Grasp synthesis: from a hand and an object to an energy and grasps.
 //!
-//! [`term`] contains the terms of the energy; [`energy`] is their sum and its envelope over contact sets. [`kernel`]
-//! proposes moves, and [`synthesis`] runs the search. [`filter`] and [`closure`] judge a grasp, [`depth`] measures
-//! penetration, and [`failure`] finds contacts in one concavity. [`closing`] closes a hand until it presses.
+//! [`term`] contains the terms of the energy, [`energy`] is their sum, and [`synthesis`] runs the search. [`contact`] chooses
+//! the contact set of a grasp, [`filter`] and [`closure`] judge it, [`depth`] measures penetration, and [`failure`] finds
+//! contacts in one concavity. [`kernel`] proposes moves for maps. [`paper`] is the method of Liu et al. (2021).
 
 pub mod closing;
 pub mod closure;
@@ -12,9 +12,9 @@ pub mod energy;
 pub mod failure;
 pub mod filter;
 pub mod grip;
-pub mod hover;
 pub mod kernel;
 pub mod layer;
+pub mod paper;
 pub mod spread;
 pub mod start;
 pub mod synthesis;

@@ -12,7 +12,7 @@
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 
 use super::mirror::reflected;
-use super::{Hand, LinkId, PosedHand, Wrench};
+use super::{LinkId, PosedHand};
 
 /// Number of entries of a rotation matrix.
 const ENTRIES: usize = 9;
@@ -159,69 +159,6 @@ impl Blend {
     pub(super) fn normal(&self, posed: &PosedHand, index: usize) -> Vector3<f64> {
         let mixed = self.mixed_normal(posed, index);
         mixed.try_normalize(1e-12).unwrap_or_else(Vector3::z)
-    }
-
-    /// Turns forces on surface points, and moments on their normals, into wrenches on links.
-    ///
-    /// A force on a point acts on each link that carries it, scaled by the weight, at the place where that link alone
-    /// would put the point. Its effect on the corrections is a moment between the two links of a joint.
-    pub(super) fn gather(
-        &self,
-        hand: &Hand,
-        posed: &PosedHand,
-        forces: &[(u32, Vector3<f64>)],
-        moments: &[(u32, Vector3<f64>)],
-        wrenches: &mut [Wrench],
-    ) {
-        let mut by_entry = vec![0.0; posed.entries.len()];
-        for (index, force) in forces {
-            let vertex = &self.vertices[*index as usize];
-            let correction = vertex.correction(posed);
-            let mut on_correction = Vector3::zeros();
-            for (link, point, weight) in &vertex.bindings {
-                let frame = &posed.object_from_link[link.0];
-                let share = force * *weight;
-                wrenches[link.0].add(&frame.point(&(point + correction)), &share);
-                on_correction += frame.rotation.tr_mul(&share);
-            }
-            let rows = vertex.corrections.chunks_exact(by_entry.len().max(1));
-            for (row, force) in rows.zip(on_correction.iter()) {
-                for (sum, slope) in by_entry.iter_mut().zip(row) {
-                    *sum += slope * force;
-                }
-            }
-        }
-        for (index, moment) in moments {
-            let vertex = &self.vertices[*index as usize];
-            let mixed = self.mixed_normal(posed, *index as usize);
-            let length = mixed.norm();
-            if length < 1e-12 {
-                continue;
-            }
-            // A moment n × m on a unit normal n comes from a derivative m with respect to n; m is perpendicular to n.
-            let by_normal = moment.cross(&mixed) / (length * length);
-            for (link, _, weight) in &vertex.bindings {
-                let turned = posed.object_from_link[link.0].direction(&vertex.normal);
-                wrenches[link.0].moment += turned.cross(&by_normal) * *weight;
-            }
-        }
-        for (l, link) in hand.links.iter().enumerate() {
-            let (Some(ball), Some(parent)) = (link.ball, link.parent) else {
-                continue;
-            };
-            // With ω the rotation vector of a change of R, dR = [ω]ₓ R, so dE = Σ (ω × column of R) · column of ∂E/∂R.
-            let entries = &by_entry[ENTRIES * ball..ENTRIES * (ball + 1)];
-            let slopes = Matrix3::from_row_slice(entries);
-            let turned = Self::ball(posed, ball);
-            let moment: Vector3<f64> = (turned.column_iter().zip(slopes.column_iter()))
-                .map(|(column, slope)| column.cross(&slope))
-                .sum();
-            let carrier =
-                posed.object_from_link[parent.0].rotation * link.parent_from_link.rotation;
-            let moment = carrier * moment;
-            wrenches[l].moment += moment;
-            wrenches[parent.0].moment -= moment;
-        }
     }
 }
 

@@ -423,23 +423,6 @@ impl Hand {
         })
     }
 
-    /// For a hand that [bends](Hand::bends), turns gradients on surface points and moments on their normals, both by index,
-    /// into wrenches on links. Does nothing for other hands, whose points are fixed to links.
-    ///
-    /// # Panics
-    /// If there is not one wrench per link, or an index has no point.
-    pub fn gather(
-        &self,
-        posed: &PosedHand,
-        forces: &[(u32, Vector3<f64>)],
-        moments: &[(u32, Vector3<f64>)],
-        wrenches: &mut [Wrench],
-    ) {
-        if let Some(blend) = &self.blend {
-            blend.gather(self, posed, forces, moments, wrenches);
-        }
-    }
-
     /// Finds each link's surface points, which are sorted by link.
     fn index_surface(&mut self) {
         let first = |l: usize| self.surface.partition_point(|point| point.link.0 < l);

@@ -27,11 +27,10 @@ const UNIT_TOLERANCE: f64 = 1e-3;
 /// Number of points on the object's surface.
 const SURFACE_SAMPLES: usize = 2_000;
 
-/// The first samples of this number are always tested against the hand: about one per square centimetre on a bottle.
-const HELD_EVERYWHERE: usize = 384;
+/// Number of samples that tell how thin an object is: about one per square centimetre on a bottle.
+const THICKNESS_SAMPLES: usize = 384;
 
-/// Samples are also tested where the object is thinner than this, metres. A finger is about as thick, so it could enclose a
-/// wall between two samples, and a finger pressed through such a wall does not come back on the side it came from.
+/// The object is thin where it is thinner than this, about a finger, metres.
 const THIN_M: f64 = 0.015;
 
 /// Shortest step of the search for the opposite side of the object, metres.
@@ -122,9 +121,6 @@ pub struct Object {
     pub description: Description,
     /// Points spread evenly over the surface. Each prefix of the list is evenly spread too.
     pub surface_samples: Vec<SurfaceSample>,
-    /// Ascending indices of the samples that are tested against the hand: the first few hundred, and all where the object
-    /// is thin.
-    pub held_samples: Vec<u32>,
     /// Share of the surface where the object is thinner than a finger (15 mm): 1 for a bowl, 0 for a solid bottle.
     pub thin_share: f64,
     /// Notes for the user, such as repairs of the mesh or a doubtful size; one sentence each.
@@ -238,7 +234,6 @@ impl Object {
             let report = *field.report();
             (Arc::new(field) as Arc<dyn Shape>, Some(report))
         };
-        let held_samples = held(&surface_samples, &*shape);
         Ok(Self {
             name: name.to_owned(),
             field_report,
@@ -248,9 +243,8 @@ impl Object {
             mass_kg: description.mass_of(&mesh),
             notes: size_note(name, &mesh).into_iter().collect(),
             description: description.clone(),
-            thin_share: thin_share(&surface_samples[..HELD_EVERYWHERE], &*shape),
+            thin_share: thin_share(&surface_samples[..THICKNESS_SAMPLES], &*shape),
             surface_samples,
-            held_samples,
             shape,
             exact,
             mesh,
@@ -390,15 +384,6 @@ impl Description {
         let mut shapes = self.primitive.iter().chain(&self.parts);
         shapes.try_for_each(|shape| shape.check(name))
     }
-}
-
-/// Indices of the samples that are tested against the hand.
-fn held(samples: &[SurfaceSample], shape: &dyn Shape) -> Vec<u32> {
-    (0u32..)
-        .zip(samples)
-        .filter(|(number, sample)| (*number as usize) < HELD_EVERYWHERE || is_thin(sample, shape))
-        .map(|(number, _)| number)
-        .collect()
 }
 
 /// Share of the samples at which the object is thin.

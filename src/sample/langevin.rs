@@ -18,8 +18,7 @@ use crate::space::vector::{add, norm};
 /// The chain samples the law of the rounded distance, so ε must stay fixed if exact averages are needed.
 ///
 /// The reverse step is −u (see [`Space::exp`]). `evaluate` gives the unaltered energy and gradient at a point. The
-/// proposal's coordinates, energy and gradient are written; its discrete part is not changed. G. O. Roberts and R. L.
-/// Tweedie, Bernoulli 2, 341 (1996).
+/// proposal is written. G. O. Roberts and R. L. Tweedie, Bernoulli 2, 341 (1996).
 #[expect(
     clippy::too_many_arguments,
     reason = "one formula, each argument a symbol of it"

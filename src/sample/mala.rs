@@ -58,7 +58,6 @@ impl Kernel for Mala<'_> {
         let energy = self.energy.evaluate(x, &mut gradient);
         State {
             coordinates: x.to_vec(),
-            discrete: Vec::new(),
             energy,
             gradient,
         }
@@ -72,7 +71,6 @@ impl Kernel for Mala<'_> {
         rng: &mut Rng,
         proposal: &mut State,
     ) -> f64 {
-        proposal.discrete.clone_from(&state.discrete);
         langevin(
             self.space(),
             &self.scales,

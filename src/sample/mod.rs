@@ -59,14 +59,12 @@ pub fn stream(seed: u64, task: Task, id: u64) -> Rng {
     Rng::from_seed(key)
 }
 
-/// A state of a chain: coordinates, an opaque discrete part, and the energy of both together.
+/// A state of a chain: a point and its energy.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct State {
     /// The point of the space.
     pub coordinates: Vec<f64>,
-    /// Discrete part (a contact set); empty for plain energies.
-    pub discrete: Vec<u32>,
-    /// *Unaltered* energy of coordinates and discrete part.
+    /// *Unaltered* energy.
     pub energy: f64,
     /// Derivative of `energy` along each tangent at `coordinates`.
     pub gradient: Vec<f64>,
@@ -95,7 +93,7 @@ pub trait Kernel: Sync {
     /// The space of the coordinates.
     fn space(&self) -> &dyn Space;
 
-    /// The best state at coordinates `x`; chooses the discrete part.
+    /// The state at coordinates `x`.
     fn start(&self, x: &[f64]) -> State;
 
     /// Writes a proposal from `state` into `proposal` and returns the logarithm of its Metropolis–Hastings acceptance ratio

@@ -39,7 +39,7 @@ pub enum JoinError {
     },
     /// The energies differ.
     #[error(
-        "{first} and {other} are of different energies ({entry}), and one file has one energy: make both with one preset and one \
+        "{first} and {other} are of different energies ({entry}), and one file has one energy: make both with one \
          --config, or leave them apart (`landscape diversity` and `survey` take several files)"
     )]
     OtherEnergy {

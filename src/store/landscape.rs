@@ -56,8 +56,6 @@ pub struct MinimumRow {
     pub energy: f64,
     /// Its coordinates.
     pub coordinates: Vec<f64>,
-    /// Its contact set.
-    pub choice: Vec<u32>,
     /// Ids of the grasps that quench into it.
     pub members: Vec<u64>,
     /// Number of its group, the leaf of the collapsed tree.
@@ -87,7 +85,7 @@ pub struct EdgeRow {
     pub relative_barrier: Option<f64>,
     /// Length of the path in the metric of the space.
     pub length: Option<f64>,
-    /// `saddle`, `seam`, `given`, `path`, `chain` or `none`.
+    /// `saddle`, `given`, `path`, `chain` or `none`.
     pub evidence: String,
     /// The energy term that dominates at the highest point.
     pub term: Option<String>,
@@ -121,8 +119,6 @@ pub struct PathPoint {
     pub coordinates: Vec<f64>,
     /// Its energy.
     pub energy: f64,
-    /// Its contact set.
-    pub choice: Vec<u32>,
     /// Energy by term at the highest image; `None` elsewhere.
     pub terms: Option<Vec<f64>>,
 }
@@ -162,7 +158,7 @@ pub struct Manifest {
     pub counts: Counts,
     /// Number of edges with each kind of evidence.
     pub evidence: BTreeMap<String, u64>,
-    /// Named results that have no table: hover cost, agreement with labels ….
+    /// Named results that have no table: agreement with labels ….
     pub findings: BTreeMap<String, Value>,
     /// Warnings for the reader of the results.
     pub warnings: Vec<String>,
@@ -344,8 +340,7 @@ fn pretty(value: &impl Serialize) -> Vec<u8> {
     format!("{value:#}\n").into_bytes()
 }
 
-const MINIMUM: &[Column<MinimumRow>] =
-    columns![id, energy, coordinates if present, choice, members, group];
+const MINIMUM: &[Column<MinimumRow>] = columns![id, energy, coordinates if present, members, group];
 
 const EDGE: &[Column<EdgeRow>] = columns![
     a,
@@ -365,7 +360,7 @@ const EDGE: &[Column<EdgeRow>] = columns![
 
 const WAYS: &[Column<EdgeRow>] = columns![way if present];
 
-const PATH: &[Column<PathPoint>] = columns![a, b, image, coordinates if present, energy, choice];
+const PATH: &[Column<PathPoint>] = columns![a, b, image, coordinates if present, energy];
 
 fn minima_columns(minima: &[MinimumRow]) -> Columns {
     let mut columns = Columns::default();

@@ -33,7 +33,6 @@ impl LandscapeFiles {
             network.add_node(Minimum {
                 coordinates: minimum.coordinates.clone(),
                 energy: minimum.energy,
-                choice: minimum.choice.clone(),
                 members: (minimum.members.iter())
                     .map(|member| usize::try_from(*member).unwrap_or(usize::MAX))
                     .collect(),
@@ -56,7 +55,7 @@ impl LandscapeFiles {
                 let fault = Fault::Unexpected {
                     column: "evidence".to_owned(),
                     value: edge.evidence.clone(),
-                    expected: "saddle, seam, given, path, chain or none".to_owned(),
+                    expected: "saddle, given, path, chain or none".to_owned(),
                 };
                 return Err(row("edges.parquet", number, fault));
             };

@@ -10,6 +10,7 @@ use super::error::Warning;
 use super::grasps::{GraspFile, GraspRow, term_column};
 use super::metadata::{HandMetadata, Metadata, ObjectMetadata, TextFile, content_hash};
 use super::population::Population;
+use crate::energy::Explain;
 use crate::grasp::energy::EnergySettingsError;
 use crate::grasp::{EnergySettings, Grasp, GraspEnergy, Judgement, judge};
 use crate::hand::{Hand, HandError, HandFiles};
@@ -464,7 +465,7 @@ impl GraspRow {
         grasp: &Grasp,
         judgement: &Judgement,
     ) {
-        let terms = energy.terms_of(&grasp.pose, &grasp.contacts);
+        let terms = energy.terms(&grasp.pose);
         self.terms = terms.into_iter().map(|(_, value)| value).collect();
         self.energy = self.terms.iter().sum();
         self.net_wrench = judgement.net_wrench;

@@ -6,15 +6,13 @@ use super::chain_choice::ChainChoice;
 use super::connected::ConnectedPair;
 use super::earlier::EarlierLandscape;
 use super::error::StudyError;
-use super::level::letting_go;
 use super::settings::{GraspMapSettings, MapSearch, StudyRun};
 use crate::energy::Energy;
-use crate::grasp::hover::{CLEARANCES_M, HeldOff, HoverCost};
 use crate::grasp::{GraspEnergy, GraspKernel};
 use crate::sample::Kernel;
 use crate::store::{Population, Source};
 use crate::topography::{
-    Addition, JournalError, Landscape, MapSettings, Minimum, MinimumId, PairSearch, Phase,
+    Addition, JournalError, Landscape, MapSettings, Minimum, MinimumId, PairSearch,
     SequentialSettings, build_landscape, distinct, grow_landscape, quench_all, sequential,
 };
 
@@ -29,9 +27,7 @@ pub struct GraspLandscape {
     pub arrivals: Option<Vec<MinimumId>>,
     /// How temperature and force were chosen.
     pub choice: ChainChoice,
-    /// The hovering costs.
-    pub hover: Vec<HoverCost>,
-    /// Energy evaluations of all stages except the hovering costs, with those of the landscape that it grew from.
+    /// Energy evaluations of all stages, with those of the landscape that it grew from.
     pub evaluations: usize,
     /// What it grew from, if grasps were added to a finished landscape.
     pub growth: Option<Growth>,
@@ -54,11 +50,9 @@ pub struct Growth {
 }
 
 /// Maps the landscape between the grasps of one hand on one object: descends from every grasp, merges equal minima,
-/// measures the hovering cost, chooses temperature and force, and connects the minima.
+/// chooses temperature and force, and connects the minima.
 ///
-/// The relative barrier of groups is [`GroupLevel::default_of`](super::GroupLevel::default_of) the energy. For energies without
-/// a layer it is at most the cost of hovering 2 mm off the object: higher barriers are crossed by letting go, so
-/// they do not distinguish grasps. The result depends only on the grasps, the energy and the settings, not
+/// The relative barrier of groups is [`GroupLevel::default_of`](super::GroupLevel::default_of) the energy. The result depends only on the grasps, the energy and the settings, not
 /// on threads and interruptions.
 ///
 /// # Errors
@@ -112,9 +106,6 @@ pub fn map_population(
     if minima.len() < 2 {
         return Err(StudyError::OneMinimum(population.grasps.len()));
     }
-    let hover = hover_costs(energy, &probes(energy, &minima), run)?;
-    (run.stage_ended)("hover", 0);
-    map.groups.highest = hovering(&hover);
     let choice = ChainChoice::make(settings, (energy, &kernel), &minima, &mut map, run)?;
     let (landscape, arrivals) = joined(settings.search, (energy, &kernel), minima, &map, run)?;
     Ok(GraspLandscape {
@@ -123,7 +114,6 @@ pub fn map_population(
         landscape,
         arrivals,
         choice,
-        hover,
         growth: None,
     })
 }
@@ -184,15 +174,6 @@ pub fn grow_population(
     map.groups.barrier = group_barrier.or(map.groups.barrier);
     let known = earlier.landscape(energy)?;
     let (minima, descents) = descended(population, earlier.grasps(), energy, &map, run)?;
-    let all: Vec<Minimum> = known
-        .network
-        .node_weights()
-        .chain(&minima)
-        .cloned()
-        .collect();
-    let hover = hover_costs(energy, &probes(energy, &all), run)?;
-    (run.stage_ended)("hover", 0);
-    map.groups.highest = hovering(&hover);
     let addition = Addition { minima, pair };
     let landscape = grow_landscape(energy, &kernel, &known, addition, &map, &run.run)?;
     (run.stage_ended)("connect", landscape.evaluations);
@@ -204,7 +185,6 @@ pub fn grow_population(
         landscape,
         arrivals: None,
         choice: ChainChoice::of_earlier(&earlier.source.name),
-        hover,
         growth: Some(Growth {
             onto: earlier.source.clone(),
             grasps: earlier.grasps(),
@@ -235,52 +215,4 @@ fn descended(
     }
     (run.stage_ended)("quench", evaluations);
     Ok((minima, evaluations))
-}
-
-/// The cost of a hand 2 mm off the object, which touches nothing by the strict filter.
-pub(super) fn hovering(hover: &[HoverCost]) -> Option<f64> {
-    let cost = hover.first()?.quartiles[1];
-    Some(cost.max(0.0)).filter(|_| !cost.is_nan())
-}
-
-/// What it costs to hover near `minima`, for each clearance.
-fn hover_costs(
-    energy: &GraspEnergy,
-    minima: &[&[f64]],
-    run: &StudyRun<'_>,
-) -> Result<Vec<HoverCost>, StudyError> {
-    let held_off = HeldOff::new(energy)?;
-    let clearances = 0..CLEARANCES_M.len();
-    let tasks: Vec<(usize, usize)> = clearances
-        .flat_map(|clearance| (0..minima.len()).map(move |place| (clearance, place)))
-        .collect();
-    let probed = run.run.each(
-        &run.run.tally(Phase::Hover, tasks.len()),
-        &tasks,
-        |(clearance, place)| format!("hover/{clearance}-{place}"),
-        // Bits, because the text of a journal has no numbers that are not finite.
-        |(clearance, place)| (held_off.probe(*clearance, minima[*place])).map(f64::to_bits),
-    )?;
-    let probed: Vec<[f64; 2]> = (probed.into_iter())
-        .map(|found: [u64; 2]| found.map(f64::from_bits))
-        .collect();
-    let probed = probed.chunks(minima.len().max(1));
-    let costs = CLEARANCES_M.iter().zip(probed);
-    Ok(costs
-        .map(|(clearance_m, probed)| HoverCost::of(*clearance_m, probed))
-        .collect())
-}
-
-/// Minima from all energies of the landscape, few enough for about a second. With an energy that knows the cost of letting
-/// go, the cost of hovering decides nothing, and fewer minima tell enough.
-fn probes<'m>(energy: &GraspEnergy, minima: &'m [Minimum]) -> Vec<&'m [f64]> {
-    let few = if letting_go(energy.settings()).is_some() {
-        8
-    } else {
-        32
-    };
-    let count = minima.len().min(few);
-    (0..count)
-        .map(|i| minima[i * minima.len() / count].coordinates.as_slice())
-        .collect()
 }

@@ -1,6 +1,5 @@
 //! Chooses temperature and force of the chains of a grasp map from a few chains.
 
-use super::level::letting_go;
 use super::settings::{GraspMapSettings, StudyRun, contact_slope};
 use crate::grasp::{GraspEnergy, GraspKernel};
 use crate::topography::{
@@ -75,21 +74,18 @@ fn try_few(
     map: &MapSettings,
     run: &Run<'_>,
 ) -> Result<Tuning, JournalError> {
-    let slope = contact_slope(energy);
+    let slope = contact_slope(energy.settings());
     let one = |given: f64| vec![given];
-    // Over an elastic layer few chains run, and their temperature is known.
-    let layered = letting_go(energy.settings()).is_some();
+    // Few chains run, and their temperature is known.
     let choice = &settings.choice;
     let temperatures = settings.temperature.map(one);
     let temperatures = temperatures.or_else(|| ascending(choice.temperatures.as_deref()));
-    let temperatures = temperatures.or_else(|| layered.then(|| one(map.chain.temperature)));
     let forces = settings.force.map(one);
     let forces = forces.or_else(|| ascending(choice.forces.as_deref()));
     let settings = TuningSettings {
-        temperatures: temperatures.unwrap_or_else(|| log_grid(0.0025, 0.04, 3)),
-        forces: forces
-            .unwrap_or_else(|| log_grid(slope, 32.0 * slope, if layered { 6 } else { 11 })),
-        pairs: choice.pairs.unwrap_or(if layered { 6 } else { 12 }),
+        temperatures: temperatures.unwrap_or_else(|| one(map.chain.temperature)),
+        forces: forces.unwrap_or_else(|| log_grid(slope, 32.0 * slope, 6)),
+        pairs: choice.pairs.unwrap_or(6),
         neighbours: map.neighbours,
         chain: map.chain.clone(),
         quench: map.quench.clone(),

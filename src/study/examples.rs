@@ -106,7 +106,7 @@ impl MinimumNames {
         let key = looks::key();
         let picture = |&minimum: &usize| {
             let row = &files.minima[minimum];
-            let grasp = Grasp::new(row.coordinates.clone(), row.choice.clone());
+            let grasp = Grasp::new(row.coordinates.clone(), Vec::new());
             let scene = Scene::of_grasp(&self.setting.hand, &skin, &self.setting.object, &grasp);
             let camera = scene.closer_camera(Vector3::z());
             let named = &self.names[minimum];

@@ -124,7 +124,6 @@ impl<'a> ImportedLandscape<'a> {
                 .get(minimum.members[0])
                 .cloned()
                 .unwrap_or_default(),
-            choice: Vec::new(),
             members: minimum.members.iter().map(|row| *row as u64).collect(),
             group: group as u64,
             labels: BTreeMap::new(),

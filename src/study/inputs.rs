@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Experiment, json};
 use crate::hand::{HAND_NAMES, HandError, HandFiles};
 use crate::mesh::MeshError;
 use crate::object::{OBJECT_NAMES, Object, ObjectError, ObjectParts};
@@ -180,18 +179,11 @@ pub fn read_grasps(
         .map(told)
         .collect();
     if file.metadata.energy.is_null() {
-        let found = Experiment::of_terms(&file.metadata.terms);
-        if let Some((_, experiment)) = &found {
-            file.metadata.energy = json(experiment.energy);
-        }
-        let energy = found.map_or_else(
-            || "the default one is used".to_owned(),
-            |(name, _)| format!("that of the preset `{name}` is used, which has the same terms"),
-        );
-        warnings.push(format!(
+        warnings.push(
             "the energy of the grasps is not recorded in the file (other programs drop the metadata when they rewrite it): \
-             {energy}"
-        ));
+             the default one is used"
+                .to_owned(),
+        );
     }
     let is_other = |warning: &Warning| {
         matches!(

@@ -32,15 +32,15 @@ impl GroupLevel {
         })
     }
 
-    /// The default level for an energy with an elastic layer: what it costs to put one resting phalanx on the object
-    /// ([`LayerSettings::hump`](crate::grasp::layer::LayerSettings::hump)), and at least a ripple. `None` for an energy
-    /// without a layer.
+    /// The default level: what it costs to put one resting phalanx on the object
+    /// ([`LayerSettings::hump`](crate::grasp::layer::LayerSettings::hump)), and at least a ripple. `None` if the compliance
+    /// has no weight.
     ///
     /// So grasps are of one group if the hand gets from one to the other without pushing more than one phalanx at a time over
     /// the hump. The level is the same for all hands and objects.
     pub fn default_of(settings: &EnergySettings) -> Option<Self> {
         let cost = letting_go(settings)?;
-        let hump = settings.layer?.hump();
+        let hump = settings.layer.hump();
         Some(Self {
             barrier: hump.max(ROUGHNESS * cost),
             letting_go: Some(cost),
@@ -88,13 +88,13 @@ impl fmt::Display for GroupLevel {
 }
 
 /// Cost of letting go in units of the energy: the compliance of a hand that touches nothing, which is the weight of the
-/// compliance of the elastic layer; `None` for an energy without a layer.
+/// compliance of the elastic layer; `None` if that is 0.
 ///
 /// The whole energy of a hand that has let go is higher: its phalanges reach nothing (15 of the human hand at 0.0075 each:
 /// 0.1125), and its pose costs 0.01 to 0.04. These parts do not tell how the object is held, so they are no part of the
 /// unit, and a pass counts as letting go from the unit on.
 pub(super) fn letting_go(settings: &EnergySettings) -> Option<f64> {
-    let cost = settings.layer?.compliance_weight;
+    let cost = settings.layer.compliance_weight;
     Some(cost).filter(|cost| *cost > 0.0)
 }
 
@@ -128,8 +128,8 @@ mod tests {
     /// The cost is found by sampling the energy of a phalanx along its way to the object.
     #[test]
     fn the_default_level_is_the_cost_of_putting_a_phalanx_on_the_object() {
-        let mut settings = EnergySettings::closed();
-        let layer = settings.layer.as_mut().unwrap();
+        let mut settings = EnergySettings::default();
+        let layer = settings.layer;
         let energy = |k: f64, u: f64| 1.0 - (1.0 - u).powi(3) * (1.0 - k * u);
         let highest = |k: f64| {
             let along = (0..=10_000).map(|n| energy(k, f64::from(n) * 1e-4));
@@ -139,13 +139,14 @@ mod tests {
         let found = GroupLevel::default_of(&settings).unwrap();
         assert!((found.barrier - expected).abs() < 1e-6, "{found}");
         assert_eq!(found.letting_go, Some(1.0));
-        settings.layer.as_mut().unwrap().reach_hump = 0.0;
+        settings.layer.reach_hump = 0.0;
         let flat = GroupLevel::default_of(&settings).unwrap();
         assert!(
             (flat.barrier - ROUGHNESS).abs() < 1e-12,
             "ripples never divide a group"
         );
-        assert_eq!(GroupLevel::default_of(&EnergySettings::four_points()), None);
+        settings.layer.compliance_weight = 0.0;
+        assert_eq!(GroupLevel::default_of(&settings), None);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::error::StudyError;
-use crate::energy::Piecewise;
+use crate::energy::Explain;
 use crate::grasp::GraspEnergy;
 use crate::space::{PoseSpace, Space};
 use crate::store::{LandscapeFiles, PathPoint};
@@ -26,6 +26,8 @@ pub struct MinimaxPath {
 pub struct Waypoint {
     /// The point in the file, turned by the object's symmetry so that it lies next to the previous one.
     pub point: PathPoint,
+    /// Its contact set; empty if the path is not [explained](MinimaxPath::explained).
+    pub contacts: Vec<u32>,
     /// Length of the path to this point, metres.
     pub along_m: f64,
 }
@@ -85,7 +87,7 @@ impl MinimaxPath {
         Ok(Some(Self { minima, points }))
     }
 
-    /// Adds missing contact sets, and the energy of all terms for these sets.
+    /// Adds contact sets and the energy of all terms.
     #[must_use]
     pub fn explained(&self, energy: &GraspEnergy) -> Self {
         let points = self.points.par_iter();
@@ -105,23 +107,18 @@ impl MinimaxPath {
 }
 
 impl Waypoint {
-    /// Adds the contact set, if the file does not have it, and the energy by term for this set.
+    /// Adds the contact set and the energy by term.
     fn explained(&self, energy: &GraspEnergy) -> Self {
         let x = &self.point.coordinates;
-        let choice = if self.point.choice.is_empty() {
-            energy.active_piece(x)
-        } else {
-            self.point.choice.clone()
-        };
-        let terms = energy.terms_of(x, &choice).into_iter();
+        let terms = energy.terms(x).into_iter();
         let terms: Vec<f64> = terms.map(|(_, value)| value).collect();
         Self {
             point: PathPoint {
                 energy: terms.iter().sum(),
-                choice,
                 terms: Some(terms),
                 ..self.point.clone()
             },
+            contacts: energy.contacts(x),
             along_m: self.along_m,
         }
     }
@@ -160,7 +157,11 @@ fn points(
             }
             // Each path begins where the previous one ends.
             if (points.last()).is_none_or(|last| along_m - last.along_m > 1e-9) {
-                points.push(Waypoint { point, along_m });
+                points.push(Waypoint {
+                    point,
+                    contacts: Vec::new(),
+                    along_m,
+                });
             }
         }
     }

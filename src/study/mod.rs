@@ -66,7 +66,7 @@
 //! let (hand, ball) = (Arc::new(Hand::human()), Arc::new(Object::named("ball")?));
 //! let energy = GraspEnergy::new(hand.clone(), ball.clone(), EnergySettings::default())?;
 //!
-//! let short = SynthesisSettings { steps: 50, attempts: 1, start_candidates: 5, ..Default::default() };
+//! let short = SynthesisSettings { steps: 1, ..Default::default() };
 //! let descent = QuenchSettings::default().with_max_evaluations(20);
 //! let end = synthesize(&energy, &short, &descent, 0, 0);
 //! assert_eq!(end.refined.contacts.len(), energy.settings().contacts);
@@ -150,7 +150,7 @@ pub use drawing::{Drawing, Put, Quantities, Resolution, Titles, Views};
 pub use earlier::{EarlierLandscape, JoinedGrasps};
 pub use error::{FewGrasps, StudyError};
 pub use examples::{Colouring, MinimumNames};
-pub use experiment::{DEFAULT_PRESET, Experiment, ExperimentError};
+pub use experiment::{Experiment, ExperimentError};
 pub use export::{
     Approach, ExportError, ExportedFile, MujocoScene, OPENED_M, approaches, check_rigid, hand_urdf,
     squeezing_test,

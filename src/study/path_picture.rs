@@ -147,7 +147,7 @@ impl MinimaxPath {
         let skin = hand.skin();
         let scene = |place: usize| {
             let step = &steps[place];
-            let grasp = Grasp::new(step.point.coordinates.clone(), step.point.choice.clone());
+            let grasp = Grasp::new(step.point.coordinates.clone(), step.contacts.clone());
             Scene::of_grasp(hand, &skin, object, &grasp)
         };
         let middle = scene(shown[shown.len() / 2]);

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use petgraph::graph::NodeIndex;
 use rayon::prelude::*;
 
-use super::build::{GraspLandscape, Growth, hovering};
+use super::build::{GraspLandscape, Growth};
 use super::connected::ConnectedPair;
 use super::drawing::{Titles, Views, not_drawn};
 use super::error::StudyError;
@@ -17,7 +17,6 @@ use super::uncertainty::{self, GRASPS, Uncertainty};
 use super::ways::Way;
 use super::{json, median, spell, tally};
 use crate::grasp::GraspEnergy;
-use crate::grasp::hover::HoverCost;
 use crate::printable::{counted, printable};
 use crate::store::{AtomicFolder, Counts, GraspRow, LandscapeFiles, Manifest, Population, Source};
 use crate::topography::exchange::Database;
@@ -95,7 +94,6 @@ impl GraspReport<'_> {
                 .iter()
                 .map(|grasp| input(grasp))
                 .collect(),
-            choices_below: self.found.settings.path.exact_below,
             ways: (self.found.landscape.connections.par_iter())
                 .map(|connection| Way::of(self.energy, &connection.path))
                 .collect(),
@@ -183,7 +181,6 @@ impl GraspReport<'_> {
         let mut findings: BTreeMap<_, _> = findings.into_iter().collect();
         let mut tell = |name: &str, value| findings.insert(name.to_owned(), value);
         tell("group_names", json(names));
-        tell("hover_cost", json(&found.hover));
         tell("method", method(found.arrivals.is_some()).into());
         if let Some(arrivals) = &found.arrivals {
             tell("arrivals", json(arrivals));
@@ -242,28 +239,6 @@ impl GraspReport<'_> {
                     format!("{rejected} minima are")
                 }
             ));
-        }
-        let depth = median(merges.iter().map(|merge| merge.depth).collect());
-        if let (Some(depth), Some(hover)) = (depth, found.hover.get(1))
-            && hover.quartiles[1] < depth
-        {
-            warnings.push(format!(
-            "a hand {:.0} mm off the object has {:.3} more energy, less than the median merge depth {depth:.3}: barriers \
-             measure letting go, not force closure",
-            hover.clearance_m * 1e3,
-            hover.quartiles[1]
-        ));
-        }
-        let barrier = found.landscape.groups.barrier;
-        // An elastic layer still holds a hand that is so near.
-        let bare = letting_go(self.energy.settings()).is_none();
-        let hovering = hovering(&found.hover).filter(|cost| bare && barrier > *cost);
-        if let Some(cost) = hovering {
-            warnings.push(format!(
-            "families join grasps over relative barriers up to {barrier:.3}, but a hand {:.0} mm off the object has only \
-             {cost:.3} more energy: a family is whatever can be reached by letting go",
-            found.hover[0].clearance_m * 1e3
-        ));
         }
         let unrelaxed = merges
             .iter()
@@ -341,7 +316,6 @@ impl GraspReport<'_> {
         lines.extend(evidence(files, merges));
         lines.extend(ways(files, merges));
         lines.extend(uncertainty::lines(uncertainty));
-        lines.extend(found.hover.iter().map(cost_of_hovering));
         lines.extend(found.growth.as_ref().map(|growth| self.grown(growth)));
         lines.extend(
             self.connected()
@@ -377,17 +351,14 @@ impl GraspReport<'_> {
         }
         let groups = &found.settings.groups;
         let usual = GroupLevel::default_of(self.energy.settings());
-        let why = match (groups.barrier, groups.highest) {
-            (Some(given), _) => match usual {
+        let why = match groups.barrier {
+            Some(given) => match usual {
                 Some(level) if level.barrier.to_bits() == given.to_bits() => {
-                    "what it costs to put one resting phalanx on the object".to_owned()
+                    "what it costs to put one resting phalanx on the object"
                 }
-                _ => "as given with --group-barrier".to_owned(),
+                _ => "as given with --group-barrier",
             },
-            (None, None) => "chosen".to_owned(),
-            (None, Some(highest)) => {
-                format!("chosen, at most {highest:.3}, the cost of hovering 2 mm off the object")
-            }
+            None => "chosen",
         };
         format!(
             "minima joined by relaxed connections with relative barrier up to {barrier:.3} ({why})"
@@ -396,7 +367,7 @@ impl GraspReport<'_> {
 }
 
 /// What the evidence of a merge proves.
-const VERIFIED: &str = ". Each is the lowest pass found; a `saddle` or a `seam` is verified to be a pass, but a lower one may exist";
+const VERIFIED: &str = ". Each is the lowest pass found; a `saddle` is verified to be a pass, but a lower one may exist";
 
 /// On what connections and merges rest.
 fn evidence(files: &LandscapeFiles, merges: &[Merge]) -> Vec<String> {
@@ -448,17 +419,6 @@ fn ways(files: &LandscapeFiles, merges: &[Merge]) -> Option<String> {
 /// A height as reports on grasps tell it.
 fn told_height(height: f64) -> String {
     format!("{height:.3}")
-}
-
-fn cost_of_hovering(hover: &HoverCost) -> String {
-    format!(
-        "- a hand {:.0} mm off the object has {:.3} more energy than its grasp (quartiles {:.3} to {:.3}; {:.1} mm reached)",
-        hover.clearance_m * 1e3,
-        hover.quartiles[1],
-        hover.quartiles[0],
-        hover.quartiles[2],
-        hover.reached_m * 1e3
-    )
 }
 
 /// A row and its label: the human label, or else the automatic one.

@@ -5,21 +5,14 @@ use serde::{Deserialize, Serialize};
 use super::level::{GroupLevel, ROUGHNESS, letting_go};
 use crate::grasp::{EnergySettings, GraspEnergy};
 use crate::topography::{
-    ChainSettings, MapSettings, MatchTolerance, PathSettings, Run, SeamSettings,
+    ChainSettings, LoweringSettings, MapSettings, MatchTolerance, PathSettings, Run,
 };
 
-/// The slope that holds a hand at the object, energy per metre. It is the unit of a chain's force, which must exceed it
-/// several times. For contact sets it is the slope of the distance term of one contact; for an elastic layer it is the cost
-/// of letting go over the thickness of the layer.
-pub(super) fn contact_slope(energy: &GraspEnergy) -> f64 {
-    slope(energy.settings(), || energy.unit_m())
-}
-
-fn slope(settings: &EnergySettings, unit_m: impl FnOnce() -> f64) -> f64 {
-    match (settings.layer, letting_go(settings)) {
-        (Some(layer), Some(cost)) => cost / (layer.skin_m[0] - layer.skin_m[1]),
-        _ => settings.distance_weight / unit_m(),
-    }
+/// The slope that holds a hand at the object, energy per metre: the cost of letting go over the thickness of the layer. It is
+/// the unit of a chain's force, which must exceed it several times.
+pub(super) fn contact_slope(energy: &EnergySettings) -> f64 {
+    let layer = energy.layer;
+    letting_go(energy).unwrap_or(1.0) / (layer.skin_m[0] - layer.skin_m[1])
 }
 
 /// Force at the top of a relaxed path, as a fraction of the cost of letting go, 1/m: a path through a stiff layer that is
@@ -31,37 +24,37 @@ const LAYER_FORCE: f64 = 1.0;
 pub(super) const TEMPERATURE: f64 = 0.5 * ROUGHNESS;
 
 /// Settings of [`build_landscape`](crate::topography::build_landscape) for the grasps of a hand, as in `landscape build`.
-/// Energies are of order 0.1, and lengths are centimetres. Minima that differ by less than the spacing of the hand's
-/// surface points are one grasp.
-///
-/// For an energy that knows the cost of letting go, this cost sets the tolerances of energies and the level of groups
-/// ([`GroupLevel::default_of`]).
+/// Lengths are centimetres. Minima that differ by less than the spacing of the hand's surface points are one grasp. The cost
+/// of letting go sets the tolerances of energies and the level of groups ([`GroupLevel::default_of`]).
 pub fn settings_for_grasps(energy: &GraspEnergy) -> MapSettings {
-    map_of(energy.settings(), contact_slope(energy))
+    map_of(energy.settings())
 }
 
 /// The settings for the default energy, of which they are the same for all hands and objects.
 pub(super) fn default_map() -> MapSettings {
-    let energy = EnergySettings::default();
-    map_of(&energy, slope(&energy, || 1.0))
+    map_of(&EnergySettings::default())
 }
 
-pub(super) fn map_of(energy: &EnergySettings, slope: f64) -> MapSettings {
+pub(super) fn map_of(energy: &EnergySettings) -> MapSettings {
+    // Without a cost of letting go, energies are in units of one.
+    let cost = letting_go(energy).unwrap_or(1.0);
     let mut settings = MapSettings::for_scales(0.3, 0.04);
-    settings.neighbours = 6;
-    settings.retry_rounds = 1;
+    settings.neighbours = 10;
+    settings.batch = 16;
+    settings.retry_rounds = 2;
+    settings.ceiling = Some(cost);
     settings.quench = settings
         .quench
-        .with_gradient_tolerance(1e-5)
+        .with_gradient_tolerance(1e-3 * cost)
         .with_max_step(0.01)
         .with_max_evaluations(1000);
     settings.sameness = MatchTolerance {
-        energy: 0.02,
+        energy: ROUGHNESS * cost,
         distance: 0.005,
     };
     settings.chain = ChainSettings {
-        temperature: 0.01,
-        force: 8.0 * slope,
+        temperature: TEMPERATURE * cost,
+        force: 8.0 * contact_slope(energy),
         replicas: 1,
         step: 1e-3,
         arrival: 0.005,
@@ -73,42 +66,22 @@ pub(super) fn map_of(energy: &EnergySettings, slope: f64) -> MapSettings {
     settings.path = PathSettings {
         segments: 20,
         coarse_iterations: 36,
+        rivalry: 0.5,
         iterations: 30,
         rounds: 3,
         max_step: 0.004,
-        force_tolerance: 2.0,
-        // Longer than any step, so that Newton steps are not limited.
-        saturation: 1.0,
-        seams: Some(SeamSettings {
-            spacing: 5e-4,
-            moves: 100,
-            halvings: 2,
-        }),
-        exact_below: 0.5,
-        energy_tolerance: 0.02,
-        ..settings.path
-    };
-    if let Some(cost) = letting_go(energy) {
-        settings.sameness.energy = ROUGHNESS * cost;
-        settings.path.energy_tolerance = ROUGHNESS * cost;
-        settings.path.roughness = ROUGHNESS * cost;
-        settings.path.rivalry = 0.5;
-        settings.ceiling = Some(cost);
-        settings.chain.temperature = TEMPERATURE * cost;
-        settings.neighbours = 10;
-        settings.batch = 16;
-        settings.retry_rounds = 2;
-        settings.quench = settings.quench.with_gradient_tolerance(1e-3 * cost);
-        settings.path.exact_below = cost;
-        settings.path.force_tolerance = LAYER_FORCE * cost;
-        settings.path.saturation = 0.04;
-        // This energy has no kinks, but a stiff layer bends its valleys, so tops are lowered one by one as well.
-        settings.path.seams = Some(SeamSettings {
+        force_tolerance: LAYER_FORCE * cost,
+        saturation: 0.04,
+        // A stiff layer bends its valleys, so tops are lowered one by one as well.
+        lowering: Some(LoweringSettings {
             spacing: 0.002,
             moves: 100,
             halvings: 2,
-        });
-    }
+        }),
+        energy_tolerance: ROUGHNESS * cost,
+        roughness: ROUGHNESS * cost,
+        ..settings.path
+    };
     settings.groups.barrier = GroupLevel::default_of(energy).map(|level| level.barrier);
     settings
 }
@@ -117,13 +90,13 @@ pub(super) fn map_of(energy: &EnergySettings, slope: f64) -> MapSettings {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ChoiceSettings {
-    /// Temperatures T. `None` or empty: those typical of hands; over an elastic layer few chains run at its usual one only.
+    /// Temperatures T. `None` or empty: the usual one only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub temperatures: Option<Vec<f64>>,
     /// Forces F = αT, energy per metre. `None` or empty: multiples of the slope of one contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub forces: Option<Vec<f64>>,
-    /// Greatest number of pairs between which the few chains run. `None`: 6 over an elastic layer, 12 otherwise.
+    /// Greatest number of pairs between which the few chains run. `None`: 6.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pairs: Option<usize>,
 }
@@ -182,7 +155,7 @@ impl GraspMapSettings {
 pub struct StudyRun<'a> {
     /// Journal and progress observer.
     pub run: Run<'a>,
-    /// Called after each stage with its name (`quench`, `hover`, `choose`, `connect`) and its number of energy
+    /// Called after each stage with its name (`quench`, `choose`, `connect`) and its number of energy
     /// evaluations, as far as they were counted.
     pub stage_ended: &'a dyn Fn(&str, usize),
 }

@@ -178,7 +178,6 @@ impl SurfaceReport<'_> {
             inputs: (0..self.found.coverage.searches.max(1) as u64)
                 .map(|id| Input { id, label: None })
                 .collect(),
-            choices_below: f64::INFINITY,
             ways: Vec::new(),
         }
     }

@@ -161,7 +161,6 @@ impl SurfaceMapReport<'_> {
             inputs: (0..self.found.starts as u64)
                 .map(|id| Input { id, label: None })
                 .collect(),
-            choices_below: f64::INFINITY,
             ways: Vec::new(),
         }
     }

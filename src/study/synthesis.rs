@@ -3,7 +3,6 @@
 use rayon::prelude::*;
 
 use super::{Experiment, JournalError, Run};
-use crate::grasp::closing::preload;
 use crate::grasp::spread::spread;
 use crate::grasp::synthesis::{Given, Synthesized, synthesize, synthesize_from};
 use crate::grasp::{GraspEnergy, Judgement, judge};
@@ -64,8 +63,6 @@ impl Default for PopulationSettings {
 pub enum Keep {
     /// Those that pass the strict filter.
     Strict,
-    /// Those that pass the strict filter and hold with all that touches ([`Preload`](crate::grasp::closing::Preload)).
-    Preloaded,
     /// Those that pass Eq. 11 of Liu et al. (2021).
     Published,
     /// Every one.
@@ -73,12 +70,9 @@ pub enum Keep {
 }
 
 impl Keep {
-    fn keeps(self, energy: &GraspEnergy, end: &Synthesized, judgement: &Judgement) -> bool {
+    fn keeps(self, judgement: &Judgement) -> bool {
         match self {
             Self::Strict => judgement.passes_strict(),
-            Self::Preloaded => {
-                judgement.passes_strict() && preload(energy, &end.refined.pose).is_sufficient()
-            }
             Self::Published => judgement.passes_published(),
             Self::All => true,
         }
@@ -234,7 +228,7 @@ pub fn synthesize_population(
     let chains: Vec<(Synthesized, Judgement)> = judged.collect();
     let mut kept: Vec<&(Synthesized, Judgement)> = chains
         .iter()
-        .filter(|(end, judgement)| settings.keep.keeps(energy, end, judgement))
+        .filter(|(_, judgement)| settings.keep.keeps(judgement))
         .collect();
     if let Some(limit) = settings.at_most {
         let place =

@@ -24,8 +24,6 @@ pub(super) struct Mapped<'a> {
     pub(super) energy: &'a dyn Energy,
     /// The input points. Members of minima are row numbers of this list.
     pub(super) inputs: Vec<Input>,
-    /// Energy of a path point above which its choice is not recorded, because it is slow to find and tells nothing.
-    pub(super) choices_below: f64,
     /// What each connection is; empty if the energy does not tell.
     pub(super) ways: Vec<Option<Way>>,
 }
@@ -56,7 +54,6 @@ impl Mapped<'_> {
                 id: id as u64,
                 energy: minimum.energy,
                 coordinates: minimum.coordinates.clone(),
-                choice: minimum.choice.clone(),
                 members: members().map(|input| input.id).collect(),
                 group: group as u64,
                 labels: tally(members().filter_map(|input| input.label.as_deref()))
@@ -118,11 +115,6 @@ impl Mapped<'_> {
                         image: image as u64,
                         coordinates: x.clone(),
                         energy: *energy,
-                        choice: if *energy <= self.choices_below {
-                            self.energy.active_piece(x)
-                        } else {
-                            Vec::new()
-                        },
                         terms: (image == top)
                             .then(|| self.energy.terms(x).into_iter().map(|(_, v)| v).collect()),
                     })

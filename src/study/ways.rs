@@ -42,13 +42,11 @@ impl Way {
         }
     }
 
-    /// What a path is; `None` for an energy without an elastic layer, which does not tell what touches.
+    /// What a path is; `None` if the compliance has no weight, so that there is no cost of letting go.
     pub fn of(energy: &GraspEnergy, path: &Path) -> Option<Self> {
         let cost = letting_go(energy.settings())?;
-        let mut steps = Vec::with_capacity(path.images.len());
-        for x in &path.images {
-            steps.push(Touch::at(energy, energy.layer(), x)?);
-        }
+        let at = |x: &Vec<f64>| Touch::at(energy, energy.layer(), x);
+        let steps: Vec<Touch> = path.images.iter().map(at).collect();
         if path.images.is_empty() || path.height() >= cost {
             return Some(Self::LettingGo);
         }
@@ -135,8 +133,8 @@ impl Part {
 }
 
 impl Touch {
-    fn at(energy: &GraspEnergy, layer: &Layer, x: &[f64]) -> Option<Self> {
-        let settings = energy.settings().layer?;
+    fn at(energy: &GraspEnergy, layer: &Layer, x: &[f64]) -> Self {
+        let settings = energy.settings().layer;
         let (hand, object) = (energy.hand(), energy.object());
         let mut posed = PosedHand::default();
         hand.pose(x, &mut posed);
@@ -164,7 +162,7 @@ impl Touch {
         for part in &mut parts {
             part.on_object /= part.load.max(f64::MIN_POSITIVE);
         }
-        Some(Self { parts })
+        Self { parts }
     }
 
     fn nothing_touches(&self) -> bool {

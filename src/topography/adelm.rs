@@ -85,7 +85,7 @@ pub struct Chain {
     /// the energy is taken from the cubic through their values and slopes, so that a step across a ridge is not mistaken
     /// for a pass below it. The bound holds up to the fourth power of the step length.
     pub barrier: f64,
-    /// The stored points of the path from start to target, with energies (of the chain's own discrete part).
+    /// The stored points of the path from start to target, with energies.
     pub path: Path,
     /// Steps made.
     pub steps: usize,
@@ -237,7 +237,6 @@ pub(super) fn leave(
             let reached = Minimum {
                 coordinates: end.x,
                 energy: end.energy,
-                choice: Vec::new(),
                 members: Vec::new(),
             };
             return (Some((reached, kept)), 1 + walk.steps + quenching);
@@ -275,7 +274,7 @@ impl<'a> Walk<'a> {
             .propose(&self.state, law, self.step, rng, &mut self.proposal);
         let accepted = libm::log(rng.random::<f64>()) < ratio;
         // The adaptation fades (Robbins and Monro): early steps find the scale, and late ones hardly change the
-        // distribution. Moves of the discrete part have no length, so they are excluded.
+        // distribution. Steps that rest have no length, so they are excluded.
         if self.steered && self.proposal.coordinates != self.state.coordinates {
             let chance = libm::exp(ratio).min(1.0);
             self.step *= libm::exp((chance - ACCEPTANCE) / libm::pow(self.steps as f64, 0.6));
@@ -291,7 +290,7 @@ impl<'a> Walk<'a> {
     fn top_of_step(&self) -> f64 {
         let (before, here) = (&self.proposal, &self.state);
         let ends = before.energy.max(here.energy);
-        if before.discrete != here.discrete || before.coordinates == here.coordinates {
+        if before.coordinates == here.coordinates {
             return ends;
         }
         // One tangent gives the slopes at both ends, because the way back is its negative.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::eigen::{Modes, Piece};
+use super::eigen::{Modes, Scaled};
 use super::follow::Following;
 use super::minima::MatchTolerance;
 use super::trough::settle;
@@ -85,7 +85,7 @@ impl Verdict {
     }
 }
 
-/// The audit of one point. Curvatures are those of the smooth piece of the energy that is lowest there.
+/// The audit of one point. Curvatures are those of the smooth surface of the energy that is lowest there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Audit {
     /// The result of the audit.
@@ -195,8 +195,8 @@ pub(super) fn examine(
     if !height.is_finite() {
         return (height, audit);
     }
-    let piece = Piece::plain(energy, energy.active_piece(x));
-    let Some(modes) = piece.modes(x, settings.difference) else {
+    let surface = Scaled::plain(energy);
+    let Some(modes) = surface.modes(x, settings.difference) else {
         return (height, audit);
     };
     (audit.index, audit.flat) = modes.index();
@@ -213,7 +213,7 @@ pub(super) fn examine(
     } else if audit.flat > 0 && drifts(energy, x, settings) {
         Verdict::Evaporated
     } else if audit.index == index {
-        if is_level(&piece, (x, height), &modes, settings) {
+        if is_level(&surface, (x, height), &modes, settings) {
             Verdict::Degenerate
         } else {
             Verdict::Sound
@@ -239,7 +239,7 @@ fn drifts(energy: &dyn Energy, x: &[f64], settings: &AuditSettings) -> bool {
 /// least half the step away. The bottom of x⁴, which has zero curvature too, is found again instead, or a point beside it where
 /// the gradient is within its tolerance already, which is higher.
 fn is_level(
-    piece: &Piece<'_>,
+    surface: &Scaled<'_>,
     (x, height): (&[f64], f64),
     modes: &Modes,
     settings: &AuditSettings,
@@ -247,7 +247,7 @@ fn is_level(
     let reach = REACH * settings.sameness.distance;
     let again = |start: &[f64]| -> Option<(Vec<f64>, f64)> {
         if modes.index().0 == 0 {
-            let end = quench(piece.energy(), start, &settings.quench);
+            let end = quench(surface.energy(), start, &settings.quench);
             let resting = end.gradient_norm <= settings.gradient_tolerance;
             return resting.then_some((end.x, end.energy));
         }
@@ -264,26 +264,26 @@ fn is_level(
             known: &|_, _| None,
         };
         // A search for a saddle goes astray on a ring of saddles, where nothing holds it in the level direction.
-        let found = piece.follow(start, Some(&modes.tangents[0]), &following);
+        let found = surface.follow(start, Some(&modes.tangents[0]), &following);
         let found = found.ok().map(|saddle| (saddle.x, saddle.energy));
         found.or_else(|| {
-            let place = settle(piece, start, reach, settings)?;
+            let place = settle(surface, start, reach, settings)?;
             Some((place.x, place.energy))
         })
     };
     let soft = SOFT * modes.stiffest();
     let near = NEAR * settings.sameness.distance;
     let as_high = |energy: f64| (energy - height).abs() <= settings.sameness.energy;
-    let mut gradient = vec![0.0; piece.space().tangents()];
+    let mut gradient = vec![0.0; surface.space().tangents()];
     let mut directions = modes.curvatures.iter().zip(&modes.tangents);
     directions.any(|(curvature, tangent)| {
         let at = |length: f64| {
             let mut step = tangent.clone();
             scale(&mut step, length);
-            piece.moved(x, &step)
+            surface.moved(x, &step)
         };
         let slopes = [near, -near].map(|length| {
-            piece.evaluate(&at(length), &mut gradient);
+            surface.evaluate(&at(length), &mut gradient);
             dot(&gradient, tangent).abs()
         });
         let is_edge = slopes[0].min(slopes[1]) <= EDGE * slopes[0].max(slopes[1]);
@@ -291,11 +291,11 @@ fn is_level(
             let beside = at(*length);
             let is_tested = is_edge
                 || curvature.abs() <= soft
-                || as_high(piece.evaluate(&beside, &mut gradient));
+                || as_high(surface.evaluate(&beside, &mut gradient));
             is_tested
                 && again(&beside).is_some_and(|(there, energy)| {
                     (energy - height).abs() <= settings.noise(height)
-                        && !piece.space().within(x, &there, 0.5 * reach)
+                        && !surface.space().within(x, &there, 0.5 * reach)
                 })
         })
     })

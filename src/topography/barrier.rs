@@ -31,7 +31,7 @@ pub enum Start {
 pub struct Crossing {
     /// Index of the pass in the path.
     pub pass: usize,
-    /// [`Evidence::Saddle`] or [`Evidence::Seam`].
+    /// [`Evidence::Saddle`], or what another program says of it.
     pub evidence: Evidence,
     /// From the end of one descent over the pass to the end of the other.
     pub path: Path,
@@ -225,13 +225,13 @@ impl Connector<'_> {
         let doublings = pair.attempt.min(MOST_DOUBLINGS);
         settings.coarse_iterations <<= doublings;
         settings.iterations <<= doublings;
-        if let Some(seams) = &mut settings.seams {
-            seams.moves <<= doublings;
-            seams.halvings += doublings;
+        if let Some(lowering) = &mut settings.lowering {
+            lowering.moves <<= doublings;
+            lowering.halvings += doublings;
         }
         if settings.roughness > 0.0 && pair.attempt == 0 {
             // Lowering a top costs more than all the rest, and few of these paths decide the tree.
-            settings.seams = None;
+            settings.lowering = None;
         } else if settings.roughness > 0.0 {
             // This pair decides the tree, so even a top at the level of ripples is led over a pass.
             settings.roughness *= LEVEL;
@@ -306,11 +306,7 @@ impl From<Pass> for Crossing {
         path.energies.extend(second.energies.into_iter().skip(1));
         Self {
             pass: top,
-            evidence: if pass.seam {
-                Evidence::Seam
-            } else {
-                Evidence::Saddle
-            },
+            evidence: Evidence::Saddle,
             path,
         }
     }

@@ -367,7 +367,6 @@ mod tests {
             Minimum {
                 coordinates: vec![0.0],
                 energy: 0.0,
-                choice: Vec::new(),
                 members: Vec::new()
             };
             8000

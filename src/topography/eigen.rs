@@ -1,4 +1,4 @@
-//! One smooth piece of an energy, with its Hessian and curvatures.
+//! An energy in scaled tangents, with its Hessian and curvatures.
 
 use nalgebra::{DMatrix, DVector, DVectorView, SymmetricEigen};
 
@@ -19,10 +19,9 @@ const BISECTIONS: usize = 40;
 /// Sweeps of the eigenvalue iteration for each row, far more than needed.
 const SWEEPS: usize = 100;
 
-/// One smooth piece of an energy with a fixed discrete choice, in tangents divided by the step scales.
-pub(super) struct Piece<'e> {
+/// An energy in tangents divided by the step scales.
+pub(super) struct Scaled<'e> {
     energy: &'e dyn Energy,
-    choice: Vec<u32>,
     pub(super) scales: Vec<f64>,
 }
 
@@ -102,21 +101,18 @@ impl Modes {
     }
 }
 
-impl<'e> Piece<'e> {
-    /// The piece with `choice` (empty for a smooth energy).
-    pub(super) fn new(energy: &'e dyn Energy, choice: Vec<u32>) -> Self {
+impl<'e> Scaled<'e> {
+    pub(super) fn new(energy: &'e dyn Energy) -> Self {
         Self {
             energy,
-            choice,
             scales: energy.space().step_scales(),
         }
     }
 
-    /// The piece with `choice` in plain tangents, so that its curvatures are those of the surface.
-    pub(super) fn plain(energy: &'e dyn Energy, choice: Vec<u32>) -> Self {
+    /// The energy in plain tangents, so that its curvatures are those of the surface.
+    pub(super) fn plain(energy: &'e dyn Energy) -> Self {
         Self {
             energy,
-            choice,
             scales: vec![1.0; energy.space().tangents()],
         }
     }
@@ -131,11 +127,7 @@ impl<'e> Piece<'e> {
 
     /// Energy, and the gradient in scaled tangents.
     pub(super) fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
-        let energy = if self.choice.is_empty() {
-            self.energy.evaluate(x, gradient)
-        } else {
-            self.energy.evaluate_piece(x, &self.choice, gradient)
-        };
+        let energy = self.energy.evaluate(x, gradient);
         for (g, s) in gradient.iter_mut().zip(&self.scales) {
             *g *= s;
         }
@@ -237,7 +229,7 @@ impl<'e> Piece<'e> {
     fn known_hessian(&self, x: &[f64]) -> Option<DMatrix<f64>> {
         let n = self.scales.len();
         let mut hessian = DMatrix::zeros(n, n);
-        if !(self.choice.is_empty() && self.energy.hessian(x, hessian.as_mut_slice())) {
+        if !self.energy.hessian(x, hessian.as_mut_slice()) {
             return None;
         }
         let columns = hessian.as_mut_slice().chunks_exact_mut(n.max(1));
@@ -339,7 +331,7 @@ mod tests {
     fn curvatures_are_those_of_the_whole_hessian_but_for_the_free_ones() {
         // A regular tetrahedron of atoms, not aligned with any axis.
         let energy = LennardJones::new(4);
-        let piece = Piece::new(&energy, Vec::new());
+        let surface = Scaled::new(&energy);
         let half = 0.5 * libm::pow(2.0_f64, 1.0 / 6.0) / 2.0_f64.sqrt();
         let corners = [
             [1.0, 1.0, 1.0],
@@ -348,12 +340,12 @@ mod tests {
             [-1.0, -1.0, 1.0],
         ];
         let x: Vec<f64> = corners.iter().flatten().map(|c| 0.3 + half * c).collect();
-        let whole = piece.hessian(&x, 1e-5).unwrap().symmetric_eigenvalues();
+        let whole = surface.hessian(&x, 1e-5).unwrap().symmetric_eigenvalues();
         let mut whole = whole.as_slice().to_vec();
         whole.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
         let (free, stiff) = whole.split_at(6);
         assert!(free.iter().all(|c| c.abs() < 1e-4), "{free:?}");
-        let modes = piece.modes(&x, 1e-5).unwrap();
+        let modes = surface.modes(&x, 1e-5).unwrap();
         assert_eq!(modes.curvatures.len(), stiff.len());
         for (curvature, expected) in modes.curvatures.iter().zip(stiff) {
             assert!(
@@ -385,30 +377,30 @@ mod tests {
     fn a_known_hessian_is_taken_as_a_measured_one() {
         let (energy, silent) = (LennardJones::new(3), Silent(LennardJones::new(3)));
         let x = [0.0, 0.1, 0.0, 1.1, 0.0, 0.2, 0.4, 1.0, -0.1];
-        let piece = Piece::new(&energy, Vec::new());
-        let axes = piece.across(&x);
+        let surface = Scaled::new(&energy);
+        let axes = surface.across(&x);
         assert_eq!(axes.shape(), (9, 3));
         assert!((axes.tr_mul(&axes) - DMatrix::identity(3, 3)).amax() < 1e-14);
-        let known = piece.hessian_between(&axes, &x, 1e-5).unwrap();
-        let piece = Piece::new(&silent, Vec::new());
-        let measured = piece.hessian_between(&axes, &x, 1e-5).unwrap();
+        let known = surface.hessian_between(&axes, &x, 1e-5).unwrap();
+        let surface = Scaled::new(&silent);
+        let measured = surface.hessian_between(&axes, &x, 1e-5).unwrap();
         assert!((&known - &measured).amax() < 1e-6 * known.amax());
     }
 
     #[test]
     fn beside_the_edge_of_the_domain_there_are_no_modes() {
         let energy = LennardJones::new(2);
-        let piece = Piece::new(&energy, Vec::new());
-        assert!(piece.modes(&[0.0; 6], 1e-5).is_none());
+        let surface = Scaled::new(&energy);
+        assert!(surface.modes(&[0.0; 6], 1e-5).is_none());
     }
 
     #[test]
     fn free_motions_do_not_count() {
         // A pair of atoms has one mode and five free motions. V″ = 36 · 4^⅓ along r; the mode of both atoms has twice that.
         let energy = LennardJones::new(2);
-        let piece = Piece::new(&energy, Vec::new());
+        let surface = Scaled::new(&energy);
         let x = [0.0, 0.0, 0.0, libm::pow(2.0_f64, 1.0 / 6.0), 0.0, 0.0];
-        let modes = piece.modes(&x, 1e-5).unwrap();
+        let modes = surface.modes(&x, 1e-5).unwrap();
         assert_eq!(modes.curvatures.len(), 1);
         assert!(
             (modes.curvatures[0] - 2.0 * 36.0 * libm::pow(4.0_f64, 1.0 / 3.0)).abs() < 1e-3,

@@ -1,6 +1,6 @@
 //! Eigenvector following: a search that goes uphill along one mode and downhill along all others to a saddle of index 1.
 
-use super::eigen::{Modes, Piece, shifted};
+use super::eigen::{Modes, Scaled, shifted};
 use crate::space::vector::{add, dot, norm, scale, times};
 
 /// Steps between two Hessians; the last one is used in between. Correcting it with Bofill's update saves a fifth of the
@@ -16,7 +16,7 @@ const ROUNDING: f64 = 1e-13;
 /// Length of the step away from a point of higher index, relative to the longest step.
 const KICK: f64 = 0.3;
 
-/// Settings of [`Piece::follow`].
+/// Settings of [`Scaled::follow`].
 #[derive(Clone, Copy)]
 pub(super) struct Following<'a> {
     /// Converged when the norm of the gradient is at most this, energy per length.
@@ -71,7 +71,7 @@ pub(super) enum Lost {
     Flat,
 }
 
-/// An index-1 stationary point of one smooth piece of the energy.
+/// An index-1 stationary point of one smooth surface of the energy.
 pub(super) struct Saddle {
     pub(super) x: Vec<f64>,
     pub(super) energy: f64,
@@ -92,7 +92,7 @@ struct Here {
     exact: bool,
 }
 
-impl Piece<'_> {
+impl Scaled<'_> {
     /// Follows the mode most similar to `hint` (a plain tangent; without it, the lowest mode) uphill and all others
     /// downhill to a stationary point of index 1. Once the followed mode is the only one with negative curvature, the
     /// lowest mode is followed. Before that the search keeps to its mode, because one that switches between modes can
@@ -291,12 +291,12 @@ mod tests {
     #[test]
     fn finds_published_saddles() {
         let energy = MullerBrown::new();
-        let piece = Piece::new(&energy, Vec::new());
+        let surface = Scaled::new(&energy);
         for (start, tangent, height) in [
             ([-0.75, 0.65], [-0.7, 0.7], -40.664843508657),
             ([0.2, 0.35], [0.8, -0.6], -72.248940112325),
         ] {
-            let saddle = piece
+            let saddle = surface
                 .follow(&start, Some(&tangent), &following(1e-8))
                 .ok()
                 .unwrap();
@@ -307,9 +307,9 @@ mod tests {
     #[test]
     fn a_hilltop_is_not_a_saddle() {
         let energy = ThreeHole::new();
-        let piece = Piece::new(&energy, Vec::new());
+        let surface = Scaled::new(&energy);
         let top = [0.0, 0.519186741892];
-        let found = piece.follow(&top, Some(&[1.0, 0.0]), &following(1e-6));
+        let found = surface.follow(&top, Some(&[1.0, 0.0]), &following(1e-6));
         assert_eq!(found.err(), Some(Lost::Index));
     }
 
@@ -322,7 +322,7 @@ mod tests {
             keeps_mode: true,
             ..following(1e-8)
         };
-        let found = Piece::new(&energy, Vec::new()).follow(&[0.0, 0.0], None, &kicked);
+        let found = Scaled::new(&energy).follow(&[0.0, 0.0], None, &kicked);
         assert!((found.ok().unwrap().energy - 1.0).abs() < 1e-12);
     }
 
@@ -347,8 +347,8 @@ mod tests {
     #[test]
     fn an_unnamed_symmetry_does_no_harm() {
         let energy = Ring(Euclidean::new(3));
-        let piece = Piece::new(&energy, Vec::new());
-        let found = piece.follow(&[0.7, 0.4, 0.2], Some(&[0.0, 0.1, 1.0]), &following(1e-9));
+        let surface = Scaled::new(&energy);
+        let found = surface.follow(&[0.7, 0.4, 0.2], Some(&[0.0, 0.1, 1.0]), &following(1e-9));
         let saddle = found.ok().unwrap();
         assert!((saddle.energy - 1.0).abs() < 1e-12, "{}", saddle.energy);
         assert!(saddle.modes[0][2].abs() > 0.999999);

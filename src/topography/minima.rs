@@ -119,7 +119,6 @@ pub fn distinct(
             minima.push(Minimum {
                 coordinates: found[*row].x.clone(),
                 energy: found[*row].energy,
-                choice: energy.active_piece(&found[*row].x),
                 members: Vec::new(),
             });
             minima.len() - 1

@@ -14,8 +14,6 @@ pub struct Minimum {
     pub coordinates: Vec<f64>,
     /// Energy of the minimum.
     pub energy: f64,
-    /// The discrete choice at the minimum (a contact set); empty for smooth energies.
-    pub choice: Vec<u32>,
     /// Row numbers of the input points whose quench ended in it.
     pub members: Vec<usize>,
 }
@@ -26,8 +24,6 @@ pub struct Minimum {
 pub enum Evidence {
     /// Verified stationary point of index 1. Both descents from it end in the two minima.
     Saddle,
-    /// Lowest point of a seam between two discrete choices, verified by descents on both sides.
-    Seam,
     /// Transition state of another program, not verified here.
     Given,
     /// Relaxed path: its perpendicular force is below the tolerance, and doubling the images does not change its height.

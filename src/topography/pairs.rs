@@ -253,7 +253,6 @@ mod tests {
             .map(|i| Minimum {
                 coordinates: point(i),
                 energy: 0.0,
-                choice: Vec::new(),
                 members: Vec::new(),
             })
             .collect();
@@ -319,7 +318,6 @@ mod tests {
             .map(|_| Minimum {
                 coordinates: point(),
                 energy: 0.0,
-                choice: Vec::new(),
                 members: Vec::new(),
             })
             .collect();

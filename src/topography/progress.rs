@@ -14,8 +14,6 @@ pub enum Phase {
     Search,
     /// Choosing pairs.
     Pairs,
-    /// Measuring what it costs to hover off the object.
-    Hover,
     /// Joining near minima that only the roughness of the energy divides.
     Ripple,
     /// Connecting near pairs.
@@ -49,7 +47,6 @@ impl Phase {
     pub fn name(self) -> &'static str {
         match self {
             Self::Quench => "descending",
-            Self::Hover => "hovering",
             Self::Ripple => "joining near minima",
             Self::Connect => "connecting pairs",
             Self::Join => "joining components",

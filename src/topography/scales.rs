@@ -4,7 +4,7 @@ use crate::sample::standard_normal;
 use serde::{Deserialize, Serialize};
 
 use super::audit::AuditSettings;
-use super::eigen::Piece;
+use super::eigen::Scaled;
 use super::minima::MatchTolerance;
 use super::path::near;
 use crate::energy::Energy;
@@ -103,16 +103,16 @@ fn reach(
     id: usize,
     seed: u64,
 ) -> Option<(f64, f64)> {
-    let piece = Piece::new(energy, energy.active_piece(bottom));
+    let surface = Scaled::new(energy);
     let difference = 1e-5 * size;
-    let modes = piece.modes(bottom, difference)?;
+    let modes = surface.modes(bottom, difference)?;
     let stiffness = modes.stiffness();
-    let here = modes.tempered(piece.hessian(bottom, difference)?);
+    let here = modes.tempered(surface.hessian(bottom, difference)?);
     let mut rng = stream(seed, Task::Saddle, u64::MAX - id as u64);
-    let mut step = random_tangent(piece.scales.len(), 1e-3 * size, &mut rng);
+    let mut step = random_tangent(surface.scales.len(), 1e-3 * size, &mut rng);
     let mut length = 1e-3 * size;
     while length < size {
-        let Some(there) = piece.hessian(&piece.moved(bottom, &step), difference) else {
+        let Some(there) = surface.hessian(&surface.moved(bottom, &step), difference) else {
             break;
         };
         if (modes.tempered(there) - &here).norm() >= CHANGE * here.norm() {

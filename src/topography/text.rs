@@ -16,7 +16,6 @@ impl Evidence {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Saddle => "saddle",
-            Self::Seam => "seam",
             Self::Given => "given",
             Self::Path => "path",
             Self::Chain => "chain",
@@ -28,7 +27,6 @@ impl Evidence {
     pub fn named(name: &str) -> Option<Self> {
         let all = [
             Self::Saddle,
-            Self::Seam,
             Self::Given,
             Self::Path,
             Self::Chain,
@@ -47,21 +45,21 @@ impl Evidence {
 pub fn newick(tree: &Tree, support: &[Option<f64>], name: impl Fn(MinimumId) -> String) -> String {
     let mut text = String::new();
     // An explicit stack, next item last, because trees may be deeper than the call stack allows.
-    let mut rest: Vec<Piece> = Vec::new();
+    let mut rest: Vec<Scaled> = Vec::new();
     for root in &tree.roots {
-        rest.push(Piece::Separator(";\n"));
-        rest.push(Piece::Subtree(*root));
+        rest.push(Scaled::Separator(";\n"));
+        rest.push(Scaled::Subtree(*root));
         while let Some(piece) = rest.pop() {
             match piece {
-                Piece::Separator(separator) => text.push_str(separator),
-                Piece::Subtree(id) if tree.nodes[id.0].minimum.is_none() => {
-                    rest.push(Piece::Label(id));
+                Scaled::Separator(separator) => text.push_str(separator),
+                Scaled::Subtree(id) if tree.nodes[id.0].minimum.is_none() => {
+                    rest.push(Scaled::Label(id));
                     for (k, child) in tree.nodes[id.0].children.iter().enumerate().rev() {
-                        rest.push(Piece::Subtree(*child));
-                        rest.push(Piece::Separator(if k == 0 { "(" } else { "," }));
+                        rest.push(Scaled::Subtree(*child));
+                        rest.push(Scaled::Separator(if k == 0 { "(" } else { "," }));
                     }
                 }
-                Piece::Subtree(id) | Piece::Label(id) => {
+                Scaled::Subtree(id) | Scaled::Label(id) => {
                     write_label(tree, id, support, &name, &mut text);
                 }
             }
@@ -70,7 +68,7 @@ pub fn newick(tree: &Tree, support: &[Option<f64>], name: impl Fn(MinimumId) -> 
     text
 }
 
-enum Piece {
+enum Scaled {
     Separator(&'static str),
     Subtree(NodeId),
     /// The label of a subtree and the length of its branch.
@@ -324,7 +322,6 @@ impl Landscape {
                 json!({
                     "energy": minimum.energy,
                     "members": minimum.members,
-                    "choice": minimum.choice,
                     "coordinates": minimum.coordinates,
                 })
             })

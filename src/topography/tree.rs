@@ -336,7 +336,6 @@ pub(super) mod tests {
             network.add_node(Minimum {
                 coordinates: vec![*energy],
                 energy: *energy,
-                choice: Vec::new(),
                 members: Vec::new(),
             });
         }

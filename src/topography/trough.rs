@@ -1,7 +1,7 @@
 //! Walks along sets of stationary points that are not isolated: rings, troughs and plateaus, and the passes that are rings.
 
 use super::audit::AuditSettings;
-use super::eigen::{Modes, Piece};
+use super::eigen::{Modes, Scaled};
 use crate::space::vector::{add, dot, norm, scale, times};
 
 /// Directions of lower curvature than this fraction of the greatest are level. Differences of gradients leave about 10⁻⁸ of
@@ -36,20 +36,20 @@ impl Place {
 /// The stationary point that Newton's method reaches from `start` in all directions but the level ones, whatever the index.
 /// `None` if there is none within `reach` (in scaled tangents).
 pub(super) fn settle(
-    piece: &Piece<'_>,
+    surface: &Scaled<'_>,
     start: &[f64],
     reach: f64,
     settings: &AuditSettings,
 ) -> Option<Place> {
     let mut x = start.to_vec();
-    let mut gradient = vec![0.0; piece.space().tangents()];
+    let mut gradient = vec![0.0; surface.space().tangents()];
     for _ in 0..RETURNS {
-        let energy = piece.evaluate(&x, &mut gradient);
-        let modes = piece.modes(&x, settings.difference)?;
+        let energy = surface.evaluate(&x, &mut gradient);
+        let modes = surface.modes(&x, settings.difference)?;
         if !energy.is_finite() {
             return None;
         }
-        if piece.size(&gradient) <= settings.gradient_tolerance {
+        if surface.size(&gradient) <= settings.gradient_tolerance {
             return Some(Place { x, energy, modes });
         }
         let most = LEVEL * modes.stiffest();
@@ -63,21 +63,26 @@ pub(super) fn settle(
         if length > reach {
             return None;
         }
-        x = piece.moved(&x, &step);
+        x = surface.moved(&x, &step);
     }
     None
 }
 
 /// The minimum `from` as a place of its set. At the end of a trough no direction is level, so that place is a step inward.
-fn beginning(piece: &Piece<'_>, from: &[f64], gap: f64, settings: &AuditSettings) -> Option<Place> {
-    let start = settle(piece, from, gap, settings)?;
+fn beginning(
+    surface: &Scaled<'_>,
+    from: &[f64],
+    gap: f64,
+    settings: &AuditSettings,
+) -> Option<Place> {
+    let start = settle(surface, from, gap, settings)?;
     if !start.level().is_empty() {
         return Some(start);
     }
     let inward = |length: f64| {
         let mut step = start.modes.tangents.first()?.clone();
         scale(&mut step, length);
-        let place = settle(piece, &piece.moved(&start.x, &step), gap, settings)?;
+        let place = settle(surface, &surface.moved(&start.x, &step), gap, settings)?;
         (!place.level().is_empty()).then_some(place)
     };
     let length = INWARD * settings.sameness.distance;
@@ -90,14 +95,14 @@ fn beginning(piece: &Piece<'_>, from: &[f64], gap: f64, settings: &AuditSettings
 /// Along a single level direction it walks in both senses, so it follows every bend. Where there are several, it walks
 /// toward `to` as long as it comes nearer.
 pub(super) fn joins(
-    piece: &Piece<'_>,
+    surface: &Scaled<'_>,
     from: &[f64],
     to: &[f64],
     settings: &AuditSettings,
     arrived: &dyn Fn(&[f64]) -> bool,
 ) -> bool {
-    let gap = piece.space().distance(from, to);
-    let Some(start) = beginning(piece, from, gap, settings) else {
+    let gap = surface.space().distance(from, to);
+    let Some(start) = beginning(surface, from, gap, settings) else {
         return false;
     };
     let senses: &[f64] = match start.level().len() {
@@ -107,8 +112,8 @@ pub(super) fn joins(
     senses.iter().any(|sense| {
         let mut heading = start.level()[0].clone();
         scale(&mut heading, *sense);
-        let mut toward = vec![0.0; piece.space().tangents()];
-        let mut rest = piece.space().log(&start.x, to, &mut toward);
+        let mut toward = vec![0.0; surface.space().tangents()];
+        let mut rest = surface.space().log(&start.x, to, &mut toward);
         let (mut at, mut level) = (start.x.clone(), start.level());
         for _ in 0..STEPS {
             if arrived(&at) {
@@ -119,7 +124,7 @@ pub(super) fn joins(
             let wanted = if leads_on {
                 heading
             } else {
-                piece.scaled(&toward)
+                surface.scaled(&toward)
             };
             let Some(step) = within(&level, &wanted) else {
                 return false;
@@ -127,14 +132,14 @@ pub(super) fn joins(
             heading = step;
             let mut step = heading.clone();
             // In plain tangents, a step has the length of the metric.
-            let plain = norm(&times(&step, &piece.scales));
+            let plain = norm(&times(&step, &surface.scales));
             let length = (STEP * gap).min(0.5 * rest);
             scale(&mut step, length / plain.max(f64::MIN_POSITIVE));
-            let beside = piece.moved(&at, &step);
-            let Some(next) = settle(piece, &beside, norm(&step), settings) else {
+            let beside = surface.moved(&at, &step);
+            let Some(next) = settle(surface, &beside, norm(&step), settings) else {
                 return false;
             };
-            let left = piece.space().log(&next.x, to, &mut toward);
+            let left = surface.space().log(&next.x, to, &mut toward);
             let is_level = (next.energy - start.energy).abs() <= settings.sameness.energy;
             if !is_level || (!leads_on && left >= rest) {
                 return false;

@@ -60,9 +60,7 @@ fn an_object_is_cut_once_and_the_cache_is_shown_and_emptied() {
         desk: Desk::empty(),
     };
     fs::write(kept.desk.path("corner.toml"), CORNER).unwrap();
-    kept.run(
-        "synth --object corner.toml -n 2 --preset four_points --steps 40 --keep all --drop 0 -q -o g.parquet",
-    );
+    kept.run("synth --object corner.toml -n 2 --steps 1 --keep all --drop 0 -q -o g.parquet");
     assert_eq!(
         (kept.files("field").len(), kept.files("pieces").len()),
         (1, 0)

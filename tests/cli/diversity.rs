@@ -230,7 +230,7 @@ fn planted_families_are_compared_at_one_level() {
 #[test]
 fn sets_of_contact_regions_have_one_definition() {
     let desk = Desk::empty();
-    let line = "synth --object ball -n 34 --preset four_points --steps 40 --keep all --drop 0 -o many.parquet";
+    let line = "synth --object ball -n 34 --steps 1 --keep all --drop 0 -o many.parquet";
     desk.succeed(&format!("{line} -q"));
     desk.succeed("diversity many.parquet --resamplings 20 -q -o found");
     let observed = value(&json(&desk, "found.json"), "contacts", 0, 0);

@@ -204,9 +204,7 @@ fn what_cannot_grow_is_refused_in_one_sentence() {
         "build g.parquet --onto old.landscape --neighbours 3",
         &["'--onto <LANDSCAPE>' cannot be used with '--neighbours <K>'"],
     );
-    desk.succeed(
-        "synth --object can -n 2 --preset four_points --steps 40 --keep all --drop 0 -q -o can.parquet",
-    );
+    desk.succeed("synth --object can -n 2 --steps 1 --keep all --drop 0 -q -o can.parquet");
     refused(
         "build can.parquet --onto old.landscape",
         &[
@@ -215,9 +213,12 @@ fn what_cannot_grow_is_refused_in_one_sentence() {
             "`ball`",
         ],
     );
-    desk.succeed("synth --object ball -n 2 --steps 40 --keep all --drop 0 -q -o closed.parquet");
+    fs::write(desk.path("rough.toml"), "[energy.layer]\nfriction = 0.3\n").unwrap();
+    desk.succeed(
+        "synth --object ball -n 2 --steps 1 --keep all --drop 0 -q --config rough.toml -o rough.parquet",
+    );
     refused(
-        "build closed.parquet --onto old.landscape",
+        "build rough.parquet --onto old.landscape",
         &["old.landscape is a landscape of another energy"],
     );
     desk.succeed("surface muller-brown -q -o surface.landscape");

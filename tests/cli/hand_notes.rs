@@ -22,11 +22,12 @@ fn every_command_tells_the_notes_of_its_hand_once() {
     let desk = Desk::empty();
     fs::write(desk.path("jaws.urdf"), JAWS).unwrap();
     fs::create_dir(desk.path("set")).unwrap();
-    let synth = "synth --hand jaws.urdf --object ball --preset four_points -n 2 --steps 20 --keep all --drop 0 -o";
+    let synth = "synth --hand jaws.urdf --object ball -n 2 --steps 1 --keep all --drop 0 -o";
     for line in [
         format!("{synth} set/one.parquet"),
         format!("{synth} set/two.parquet --seed 2"),
-        "synth --from set/one.parquet --preset four_points -n 1 --steps 20 --keep all --drop 0 -o more.parquet".to_owned(),
+        "synth --from set/one.parquet -n 1 --steps 1 --keep all --drop 0 -o more.parquet"
+            .to_owned(),
         "inspect set/one.parquet".to_owned(),
         "label set/one.parquet -o l.parquet".to_owned(),
         "export set/one.parquet csv -o one.csv".to_owned(),
@@ -37,7 +38,10 @@ fn every_command_tells_the_notes_of_its_hand_once() {
         let said = String::from_utf8(desk.run(&line).stderr).unwrap();
         assert_eq!(said.matches(NOTE).count(), 1, "landscape {line}: {said}");
         let quiet = String::from_utf8(desk.run(&format!("{line} --force --quiet")).stderr).unwrap();
-        assert!(!quiet.contains("warning"), "landscape {line} --quiet: {quiet}");
+        assert!(
+            !quiet.contains("warning"),
+            "landscape {line} --quiet: {quiet}"
+        );
     }
     let imported =
         desk.run("import one.csv --hand jaws.urdf --object ball -o again.parquet --json --quiet");
@@ -54,7 +58,9 @@ fn every_command_tells_the_notes_of_its_hand_once() {
 fn a_landscape_keeps_the_notes_of_its_hand() {
     let desk = Desk::empty();
     fs::write(desk.path("jaws.urdf"), JAWS).unwrap();
-    desk.run("synth --hand jaws.urdf --object ball --preset four_points -n 3 --steps 100 --keep all --drop 0 -q -o g.parquet");
+    desk.run(
+        "synth --hand jaws.urdf --object ball -n 3 --steps 1 --keep all --drop 0 -q -o g.parquet",
+    );
     let built = desk.run("build g.parquet --first 2 --no-report -o g.landscape");
     let said = String::from_utf8(built.stderr).unwrap();
     assert_eq!(said.matches(NOTE).count(), 1, "{said}");

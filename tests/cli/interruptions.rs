@@ -21,7 +21,7 @@ fn grasps_do_not_depend_on_threads() {
     );
     assert_eq!(
         file.metadata.command,
-        "landscape synth --object ball -n 6 --steps 400 --seed 1 --preset four_points --keep all"
+        "landscape synth --object ball -n 6 --steps 1 --seed 1 --keep all"
     );
 }
 
@@ -64,18 +64,24 @@ fn an_interrupted_synthesis_continues() {
 #[test]
 fn chains_of_a_run_without_success_are_not_lost() {
     let desk = Desk::empty();
-    let few = "synth --object ball --preset paper --steps 1 -n 1 -q";
+    let strict = "[energy.layer]\nmost_force_compliance = 1e-6\n";
+    fs::write(desk.path("strict.toml"), strict).unwrap();
+    let few = "synth --object ball --config strict.toml --steps 1 -n 1 -q";
     assert_says(
         &desk.mistake(few),
         &["the chain did not pass the filter", "--keep", "-n"],
     );
-    assert_eq!(names(desk.folder.path()), ["grasps.parquet.partial"]);
+    assert_eq!(
+        names(desk.folder.path()),
+        ["grasps.parquet.partial", "strict.toml"]
+    );
     desk.resume(
-        "synth --object ball --preset paper --steps 1 -n 2 --keep all -q",
+        "synth --object ball --config strict.toml --steps 1 -n 2 --keep all -q",
         "grasps.parquet.partial",
     );
     let fresh = Desk::empty();
-    fresh.succeed("synth --object ball --preset paper --steps 1 -n 2 --keep all -q");
+    fs::write(fresh.path("strict.toml"), strict).unwrap();
+    fresh.succeed("synth --object ball --config strict.toml --steps 1 -n 2 --keep all -q");
     assert_eq!(contents_by_name(&desk), contents_by_name(&fresh));
 }
 

@@ -12,7 +12,7 @@ fn read(desk: &Desk, name: &str) -> GraspFile {
         .0
 }
 
-const FEW: &str = "--preset four_points --steps 40 --keep all --drop 0 -q";
+const FEW: &str = "--steps 1 --keep all --drop 0 -q";
 
 /// Two hands on two objects: every value of a row but its id and source stays, and the other commands read the result.
 #[test]
@@ -114,12 +114,15 @@ fn what_cannot_be_one_file_is_refused() {
         &["mine.parquet exists", "--force"],
     );
     // Another energy, and another object of the same name.
-    desk.succeed("synth --object ball -n 1 --preset paper --steps 40 --keep all --drop 0 -q -o paper.parquet");
+    fs::write(desk.path("rough.toml"), "[energy.layer]\nfriction = 0.3\n").unwrap();
+    desk.succeed(&format!(
+        "synth --object ball -n 1 --config rough.toml {FEW} -o rough.parquet"
+    ));
     says(
-        "join g.parquet paper.parquet",
+        "join g.parquet rough.parquet",
         &[
-            "g.parquet and paper.parquet are of different energies",
-            "one preset",
+            "g.parquet and rough.parquet are of different energies",
+            "one --config",
         ],
     );
     let object = &read(&desk, "g.parquet").metadata.objects[0].name;

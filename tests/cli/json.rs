@@ -13,11 +13,11 @@ use crate::{contents, grasps, in_cache, landscape};
 const RUNS: [(&str, &str); 41] = [
     (
         "synth",
-        "synth --object ball -n 4 --preset four_points --steps 40 --keep all --drop 2 -o s.parquet",
+        "synth --object ball -n 4 --steps 1 --keep all --drop 2 -o s.parquet",
     ),
     (
         "synth",
-        "synth --object ball -n 2 --preset four_points --steps 40 --keep all --drop 0 -q -o s.parquet",
+        "synth --object ball -n 2 --steps 1 --keep all --drop 0 -q -o s.parquet",
     ),
     (
         "build",
@@ -224,7 +224,7 @@ fn inputs() -> Desk {
     .unwrap();
     desk.succeed("export g.parquet csv -q -o g.csv");
     desk.succeed("surface muller-brown -q --no-report -o muller-brown.landscape");
-    desk.succeed("synth --object ball -n 30 --preset four_points --steps 40 --keep all --drop 0 -q -o thirty.parquet");
+    desk.succeed("synth --object ball -n 30 --steps 1 --keep all --drop 0 -q -o thirty.parquet");
     desk.succeed(
         "build g.parquet --first 3 --seed 2 --neighbours 1 -q --no-report -o other.landscape",
     );

@@ -118,9 +118,8 @@ impl Desk {
     }
 }
 
-/// Six different light touches; the default energy has few minima on a ball.
-const SYNTH: &str =
-    "synth --object ball -n 6 --preset four_points --steps 400 --keep all --seed 1 --quiet";
+/// Six ends of single descents.
+const SYNTH: &str = "synth --object ball -n 6 --steps 1 --keep all --seed 1 --quiet";
 const LONG_SYNTH: &str =
     "synth --object ball -n 12 --steps 2000 --keep all --seed 1 --threads 1 -q";
 const BUILD: &str = "build g.parquet --first 3 --quiet";

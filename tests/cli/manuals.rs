@@ -16,8 +16,8 @@ fn bash_completes_what_was_begun() {
     fs::write(desk.path("landscape.bash"), output.stdout).unwrap();
     for (words, expected) in [
         ("landscape sta", "stability"),
-        ("landscape synth --pres", "--preset"),
-        ("landscape synth --keep fi", "firm"),
+        ("landscape synth --spr", "--spread"),
+        ("landscape synth --keep pu", "published"),
         ("landscape objects ba", "bake"),
         ("landscape completions fi", "fish"),
     ] {
@@ -40,7 +40,7 @@ fn bash_completes_what_was_begun() {
     for shell in ["zsh", "fish", "elvish", "powershell"] {
         let output = desk.run(&format!("completions {shell}"));
         let script = String::from_utf8(output.stdout).unwrap();
-        for word in ["stability", "completions", "preset", "no-report"] {
+        for word in ["stability", "completions", "spread", "no-report"] {
             assert!(script.contains(word), "{shell}: {word}");
         }
     }

@@ -53,7 +53,7 @@ fn a_network_becomes_an_object() {
             "both meshes are the same, so their field is"
         );
     }
-    run("synth --object jar.obj -n 2 --steps 100 --keep all -o jar.parquet");
+    run("synth --object jar.obj -n 2 --steps 1 --keep all -o jar.parquet");
     let (file, _) = GraspFile::read(&desk.path("jar.parquet"), Overrides::default()).unwrap();
     assert_eq!(
         (file.grasps.len(), &*file.metadata.objects[0].name),

@@ -29,11 +29,11 @@ fn desk() -> Desk {
 /// Every verb that writes files, and the files.
 const WRITES: [(&str, &[&str]); 20] = [
     (
-        "synth --object ball -n 1 --steps 20 --keep all",
+        "synth --object ball -n 1 --steps 1 --keep all",
         &["grasps.parquet"],
     ),
     (
-        "synth --object ball -n 1 --steps 20 --keep all -o box.obj",
+        "synth --object ball -n 1 --steps 1 --keep all -o box.obj",
         &["box.obj"],
     ),
     ("stability g.parquet", &["g.stability.parquet"]),

@@ -34,9 +34,7 @@ const RUNS: [(&str, &[&str]); 24] = [
             "-n",
             "3",
             "--steps",
-            "60",
-            "--contacts",
-            "3",
+            "1",
             "--seed",
             "7",
             "--config",
@@ -50,7 +48,7 @@ const RUNS: [(&str, &[&str]); 24] = [
     (
         "synth",
         &[
-            "--object", "ball", "--preset", "paper", "-n", "2", "--steps", "40", "--keep", "all",
+            "--object", "ball", "-n", "2", "--steps", "1", "--keep", "all",
         ],
     ),
     (
@@ -65,7 +63,7 @@ const RUNS: [(&str, &[&str]); 24] = [
             "-n",
             "2",
             "--steps",
-            "40",
+            "1",
             "--keep",
             "all",
         ],
@@ -78,7 +76,7 @@ const RUNS: [(&str, &[&str]); 24] = [
             "--perturb",
             "3",
             "--steps",
-            "40",
+            "1",
             "--keep",
             "all",
             "--hand",
@@ -95,7 +93,7 @@ const RUNS: [(&str, &[&str]); 24] = [
             "-n",
             "2",
             "--steps",
-            "40",
+            "1",
             "--keep",
             "all",
         ],
@@ -396,7 +394,7 @@ fn inputs() -> &'static Desk {
         copy("taxonomy/rule.toml", "rule.toml");
         write(
             "-set.toml",
-            "[energy]\nprior_weight = 0.02\n[synthesis]\nattempts = 2\n",
+            "[energy]\nprior_weight = 0.02\n[synthesis]\nsteps = 2\n",
         );
         write(
             "one/shapes.toml",
@@ -654,7 +652,7 @@ fn paths_leave_no_trace() {
         .iter()
         .map(|object| {
             desk.succeed(&format!(
-                "synth --object {object} -n 2 --steps 40 --keep all -q -o x.parquet"
+                "synth --object {object} -n 2 --steps 1 --keep all -q -o x.parquet"
             ));
             fs::read(desk.path("x.parquet")).unwrap()
         })
@@ -686,7 +684,7 @@ fn earlier_commands_are_kept() {
     assert_eq!(before.command, file.metadata.command);
     assert_eq!(
         before.command,
-        "landscape synth --object ball -n 6 --steps 400 --seed 1 --preset four_points --keep all"
+        "landscape synth --object ball -n 6 --steps 1 --seed 1 --keep all"
     );
 }
 
@@ -694,7 +692,7 @@ fn earlier_commands_are_kept() {
 #[test]
 fn dropping_grasps_leaves_the_file_as_it_is() {
     let desk = Desk::empty();
-    let line = "synth --object ball -n 2 --preset four_points --steps 40 --keep all";
+    let line = "synth --object ball -n 2 --steps 1 --keep all";
     desk.succeed(&format!("{line} --drop 0 -o none.parquet"));
     desk.succeed(&format!("{line} --drop 2 -o two.parquet"));
     let [none, two] =

@@ -117,11 +117,6 @@ fn mistakes_in_files_of_settings() {
             ["few.toml", "search.batch = 0", "is not from 1"],
         ),
         (
-            "config synth --preset quick",
-            ["quick", "closed", "four_points"],
-        ),
-        ("config build --preset paper", ["--preset", "synth", ""]),
-        (
             "config surface --protocol drop",
             ["--protocol", "stability", ""],
         ),

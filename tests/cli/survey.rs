@@ -20,7 +20,7 @@ fn data_set() -> Desk {
     ] {
         fs::create_dir_all(desk.path("set").join(hand)).unwrap();
         desk.succeed(&format!(
-            "synth --hand {hand} --object {object} -n {count} --preset four_points --steps 40 --keep all --drop 0 -q -o \
+            "synth --hand {hand} --object {object} -n {count} --steps 1 --keep all --drop 0 -q -o \
              set/{hand}/{object}.parquet"
         ));
     }
@@ -169,7 +169,9 @@ fn a_killed_survey_goes_on_and_a_grown_one_does_what_is_new() {
     let folder = "killed.survey/landscapes/human/can.landscape/timings.json";
     let before = fs::read(desk.path(folder)).unwrap();
     let modified = fs::metadata(desk.path(folder)).unwrap().modified().unwrap();
-    desk.succeed("synth --object pen -n 3 --preset four_points --steps 40 --keep all --drop 0 -q -o set/human/pen.parquet");
+    desk.succeed(
+        "synth --object pen -n 3 --steps 1 --keep all --drop 0 -q -o set/human/pen.parquet",
+    );
     desk.succeed(&format!("{SURVEY} -o killed.survey"));
     assert_eq!(
         json(&desk, "killed.survey/survey.json")["populations"][3]["name"],

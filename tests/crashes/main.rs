@@ -32,7 +32,7 @@ struct Run {
 }
 
 const SYNTH: Run = Run {
-    line: "synth --object ball -n 10 --steps 300 --keep all --seed 1 -o g.parquet",
+    line: "synth --object ball -n 10 --steps 1 --keep all --seed 1 -o g.parquet",
     output: "g.parquet",
     journal: "g.parquet.partial",
 };

@@ -185,7 +185,7 @@ const VERBS: [Verb; 31] = [
     ),
 ];
 
-const FEW: &str = "synth --object ball -n 2 --steps 300 --keep all --seed 1 -o few.parquet";
+const FEW: &str = "synth --object ball -n 2 --steps 1 --keep all --seed 1 -o few.parquet";
 
 /// Folder for caches that may be lost; it is not an output.
 const CACHE: &str = "cache";

@@ -20,7 +20,6 @@ fn network(count: usize, links: impl Iterator<Item = (usize, usize, f64)>) -> Ne
         network.add_node(Minimum {
             coordinates: vec![row as f64],
             energy: row as f64 / count as f64,
-            choice: Vec::new(),
             members: vec![row],
         });
     }

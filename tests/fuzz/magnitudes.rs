@@ -117,12 +117,9 @@ fn more(reader: &str) -> &'static [&'static str] {
                 "symmetry": {"finite": [{"rotation": [0, 0, 0, 1], "translation": [0, 0, 0]}]}}"#,
         ],
         "experiment_toml" => &[
-            "[energy]\ncontacts = 4\nunit = { metres = 0.12 }\nforce_closure_weight = 1.0\nforce_closure_rounding = 0.05\nrank_weight = 1.0\n\
-             rank_epsilon = 1e-4\ndistance_weight = 10.0\ndistance_rounding_m = 0.002\nalignment_weight = 1.0\npenetration_weight = 10.0\n\
-             intrusion_weight = 10.0\nintrusion_free_m = 0.0015\nself_penetration_weight = 10.0\nnearest_points_rounding = 0.01\ndepth_rounding_m = 0.0005\n\
+            "[energy]\nself_penetration_weight = 10.0\nnearest_points_rounding = 0.01\ndepth_rounding_m = 0.0005\n\
              joint_limits_weight = 20.0\njoint_limits_rounding_rad = 0.02\nprior_weight = 0.02\n",
-            "[synthesis]\nstart_candidates = 2\nsteps = 30\nattempts = 2\ntemperature_start = 0.1\ngiven_temperature = 0.005\n\
-             temperature_end = 0.002\nramp_start = 0.02\nramp_share = 0.8\ncontact_probability = 0.2\nacceptance = 0.57\n",
+            "[synthesis]\nsteps = 2\n[synthesis.grips]\nwhole = 0.2\npinch = 0.2\ntips = 0.6\n",
         ],
         _ => &[],
     }
@@ -234,12 +231,9 @@ fn experiment(bytes: &[u8], _: &Path) -> Result<(), String> {
     });
     let read: Experiment = settings(bytes)?;
     told(read.energy.validate())?;
-    told(read.energy.ask_for_contacts())?;
     told(read.synthesis.validate())?;
     let mut chain = read.synthesis;
-    chain.steps = chain.steps.min(30);
-    chain.attempts = chain.attempts.min(2);
-    chain.start_candidates = chain.start_candidates.min(2);
+    chain.steps = chain.steps.min(2);
     let energy = GraspEnergy::new(hand.clone(), ball.clone(), read.energy);
     let energy = energy.map_err(|error| error.to_string())?;
     let short = QuenchSettings::default().with_max_evaluations(20);

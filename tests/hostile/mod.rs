@@ -15,7 +15,6 @@ fn network() -> Network {
         network.add_node(Minimum {
             coordinates: Vec::new(),
             energy: f64::from(row),
-            choice: Vec::new(),
             members: vec![0; 4],
         });
     }

@@ -7,12 +7,12 @@ mod model;
 use std::fs;
 use std::sync::{Arc, LazyLock};
 
-use landscape::energy::{Energy, Piecewise};
+use landscape::energy::{Energy, Explain};
 use landscape::grasp::{EnergySettings, Grasp, GraspEnergy, judge};
-use landscape::hand::{Hand, HandFiles, PosedHand, Wrench};
+use landscape::hand::{Hand, HandFiles, PosedHand};
 use landscape::object::Object;
 use landscape::sample::{Task, stream};
-use landscape::space::{PoseSpace, Space, Symmetry};
+use landscape::space::Space;
 use model::{Model, POSES, archive, npy};
 use nalgebra::Vector3;
 use rand::RngExt;
@@ -166,49 +166,6 @@ fn compressed_archives_are_read() {
     assert_eq!(read(&deflated, "{}"), read(&stored, "{}"));
 }
 
-/// The pull-back of forces on points and moments on normals of a bent hand agrees with central differences.
-#[test]
-fn forces_are_pulled_back_through_skinning_and_corrections() {
-    for side in ["{}", r#"{"mano": {"components": 15}}"#] {
-        let hand = hand(side);
-        let metric = hand.pose_metric();
-        let space = PoseSpace::new(metric.clone(), Symmetry::None);
-        let target = Vector3::new(0.05, -0.02, 0.11);
-        let chosen = [3u32, 77, 200, 401, 555, 640, 700, 770];
-        let energy = |x: &[f64]| {
-            let mut posed = PosedHand::default();
-            hand.pose(x, &mut posed);
-            let points = posed.points.iter().enumerate();
-            let squares: f64 = points
-                .map(|(i, p)| (1.0 + i as f64 / 500.0) * (p - target).norm_squared())
-                .sum();
-            let normals = chosen
-                .iter()
-                .map(|&i| hand.point_normal(&posed, i as usize).dot(&target));
-            squares + normals.sum::<f64>()
-        };
-        let mut x = hand.rest_coordinates();
-        let tangent: Vec<f64> = (0..space.tangents())
-            .map(|i| 0.02 * libm::sin((i * i) as f64))
-            .collect();
-        space.exp(&mut x, &tangent);
-        let mut posed = PosedHand::default();
-        hand.pose(&x, &mut posed);
-        let mut wrenches = vec![Wrench::default(); hand.links.len()];
-        let forces: Vec<(u32, Vector3<f64>)> = (posed.points.iter().zip(0u32..))
-            .map(|(p, i)| (i, (p - target) * 2.0 * (1.0 + f64::from(i) / 500.0)))
-            .collect();
-        let moments: Vec<(u32, Vector3<f64>)> = (chosen.iter())
-            .map(|&i| (i, hand.point_normal(&posed, i as usize).cross(&target)))
-            .collect();
-        hand.gather(&posed, &forces, &moments, &mut wrenches);
-        let mut gradient = vec![0.0; space.tangents()];
-        let none = vec![0.0; hand.joints.len()];
-        hand.pull_back(&posed, &wrenches, &none, &metric, &mut gradient);
-        compare(&space, &x, &gradient, &energy, 1e-6);
-    }
-}
-
 /// Compares each derivative with a central difference.
 fn compare(
     space: &dyn Space,
@@ -235,32 +192,31 @@ fn compare(
     }
 }
 
-/// The energy of a grasp has its gradient; every term that acts on points is nonzero.
+/// The energy of a grasp has its gradient; the layer is in the object.
 #[test]
 fn the_energy_of_a_grasp_has_its_gradient() {
     let hand = Arc::new(hand("{}"));
     let object = Arc::new(Object::named("ball").unwrap());
     let radius = object.radius_m;
     let palm = hand.palm;
-    let energy = GraspEnergy::new(hand, object, EnergySettings::four_points()).unwrap();
+    let energy = GraspEnergy::new(hand, object, EnergySettings::default()).unwrap();
     let mut x = energy.hand().rest_coordinates();
     // Pressed into the palm.
     let facing = palm.centre + palm.volar * (0.7 * radius);
     x[..3].copy_from_slice((energy.object().centroid - facing).as_slice());
-    let choice = energy.active_piece(&x);
     let mut gradient = vec![0.0; energy.space().tangents()];
-    let value = energy.evaluate_piece(&x, &choice, &mut gradient);
-    let terms = energy.terms_of(&x, &choice);
+    let value = energy.evaluate(&x, &mut gradient);
+    let terms = energy.terms(&x);
     assert!(
         terms
             .iter()
-            .any(|(name, value)| name == "penetration" && *value > 0.0),
+            .any(|(name, value)| name == "pressing" && *value > 0.0),
         "{terms:?}"
     );
     assert!(value.is_finite());
     let at = |x: &[f64]| {
         let mut gradient = vec![0.0; gradient.len()];
-        energy.evaluate_piece(x, &choice, &mut gradient)
+        energy.evaluate(x, &mut gradient)
     };
     compare(energy.space(), &x, &gradient, &at, 2e-4);
 }
@@ -272,8 +228,7 @@ fn depths_are_those_of_the_drawn_skin() {
     let hand = Arc::new(hand("{}"));
     let object = Arc::new(Object::named("ball").unwrap());
     let skin = hand.skin();
-    let energy =
-        GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::four_points()).unwrap();
+    let energy = GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::default()).unwrap();
     let mut posed = PosedHand::default();
     let mut overlaps = 0;
     for seed in 0..6u8 {

@@ -34,7 +34,6 @@ fn minima_below(energy: &dyn Energy, starts: &[Vec<f64>]) -> Vec<Minimum> {
         .map(|start| {
             let found = quench(energy, start, &settings);
             Minimum {
-                choice: energy.active_piece(&found.x),
                 coordinates: found.x,
                 energy: found.energy,
                 members: Vec::new(),

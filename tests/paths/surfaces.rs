@@ -127,7 +127,6 @@ impl Kernel for Guide<'_> {
         let mut gradient = vec![0.0; 2];
         State {
             coordinates: x.to_vec(),
-            discrete: Vec::new(),
             energy: self.0.evaluate(x, &mut gradient),
             gradient,
         }

@@ -105,7 +105,6 @@ impl Ring {
             let start = Minimum {
                 coordinates: self.pose(phi),
                 energy: 0.0,
-                choice: Vec::new(),
                 members: Vec::new(),
             };
             assert!(

@@ -1,13 +1,9 @@
-//! With the exact acceptance ratio the kernels sample known densities: a Gaussian in tangent coordinates of poses, matrix
-//! Fisher distributions of rotations, and contact sets of a fixed hand and of a moving one. Wrong ratios are detected.
+//! With the exact acceptance ratio the kernels sample known densities: a Gaussian in tangent coordinates of poses and matrix
+//! Fisher distributions of rotations. Wrong ratios are detected.
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 mod chain;
-#[cfg(feature = "grasp")]
-mod contacts;
 mod gaussian;
-#[cfg(feature = "grasp")]
-mod grasps;
 mod rotations;
 mod statistics;
 

@@ -200,7 +200,6 @@ fn landscape() -> LandscapeFiles {
         id,
         energy: 0.1 * id as f64,
         coordinates: vec![0.1, 1.0 / 3.0, id as f64],
-        choice: vec![5, 3, 8],
         members: vec![id, id + 10, u64::MAX],
         group: 0,
         labels: BTreeMap::from([("medium wrap".into(), 2), ("lateral".into(), 1)]),
@@ -211,7 +210,7 @@ fn landscape() -> LandscapeFiles {
         height: Some(0.5),
         relative_barrier: Some(0.4),
         length: Some(0.07),
-        evidence: "seam".into(),
+        evidence: "path".into(),
         term: Some("distance".into()),
         chain_forward: Some(0.9),
         chain_backward: None,
@@ -234,7 +233,6 @@ fn landscape() -> LandscapeFiles {
         image,
         coordinates: vec![0.0, 0.5, image as f64],
         energy: 0.2,
-        choice: if image == 2 { vec![] } else { vec![1, 2, 3] },
         terms: (image == 1).then(|| vec![0.125, 0.075]),
     };
     let manifest = Manifest {
@@ -265,9 +263,9 @@ fn landscape() -> LandscapeFiles {
             components: 2,
             evaluations: 12444,
         },
-        evidence: BTreeMap::from([("seam".into(), 1), ("none".into(), 1)]),
-        findings: BTreeMap::from([("hover_cost".into(), json!([0.1, 0.2, 0.3]))]),
-        warnings: vec!["the hover cost lies below the median merge depth".into()],
+        evidence: BTreeMap::from([("path".into(), 1), ("none".into(), 1)]),
+        findings: BTreeMap::from([("median_merge_depth".into(), json!(0.1))]),
+        warnings: vec!["1 minimum is left out".into()],
     };
     LandscapeFiles {
         manifest,

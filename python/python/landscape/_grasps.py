@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 RotationForm = Literal["wxyz", "xyzw", "matrix"]
-Keep = Literal["strict", "firm", "published", "all"]
+Keep = Literal["strict", "published", "all"]
 Protocol = Literal["drop", "six-directions", "six-directions-rigid"]
 Rows = Union[int, slice, NDArray[Any], Sequence[int], Sequence[bool]]
 
@@ -151,10 +151,9 @@ class Grasps:
         rotation_form: RotationForm,
         joints_rad: ArrayLike,
         contacts: Sequence[Sequence[int]] | None = None,
-        preset: str = "closed",
         source: str = "",
     ) -> Grasps:
-        """Grasps of your own, measured with the energy of ``preset``.
+        """Grasps of your own, measured.
 
         Parameters
         ----------
@@ -171,8 +170,6 @@ class Grasps:
             Joint angles in the order of ``hand.joint_names``, shape (n, joints), radians (metres of slides).
         contacts
             Indices of surface points of the hand, a list for each grasp; by default the best ones are chosen.
-        preset
-            The energy: ``closed``, ``four_points``, ``paper`` or ``released``.
         source
             A note on the origin of the grasps.
 
@@ -185,8 +182,7 @@ class Grasps:
         instance("object", object, Object)
         chosen = None if contacts is None else _contact_sets(contacts)
         native = _native.Grasps.from_arrays(
-            hand._native, object._native, translation_m, _quaternions(rotation, rotation_form), joints_rad, chosen, preset,
-            source,
+            hand._native, object._native, translation_m, _quaternions(rotation, rotation_form), joints_rad, chosen, source,
         )
         return cls(native)
 
@@ -658,21 +654,18 @@ class Energy:
     ----------
     hand, object
         What it is the energy of.
-    preset
-        ``"closed"`` (the hand as an elastic layer), ``"four_points"``, ``"paper"`` (T. Liu et al., arXiv:2104.09194, as
-        printed) or ``"released"`` (as in the authors' code).
 
     Raises
     ------
     InputError
-        If an argument is no hand, no object or no preset.
+        If an argument is not a hand or an object.
     """
 
-    def __init__(self, hand: Hand, object: Object, *, preset: str = "closed") -> None:
+    def __init__(self, hand: Hand, object: Object) -> None:
         instance("hand", hand, Hand)
         instance("object", object, Object)
         self._object = object
-        self._native = _native.Energy(hand._native, object._native, preset)
+        self._native = _native.Energy(hand._native, object._native)
 
     @property
     def term_names(self) -> list[str]:
@@ -765,10 +758,8 @@ def synthesize(
     n: int | None = None,
     *,
     seed: int = 0,
-    preset: str = "closed",
     keep: Keep = "strict",
     steps: int | None = None,
-    contacts: int | None = None,
     spread: int | None = None,
     config: StrPath | None = None,
     out: StrPath | None = None,
@@ -787,15 +778,12 @@ def synthesize(
         Number of chains, each of which gives one grasp at most; 64 by default.
     seed
         Seed of all random draws. The result depends on nothing else: neither on threads nor on interruptions.
-    preset
-        Energy and sampler: ``closed``, ``four_points``, ``paper`` or ``released``.
     keep
-        ``"strict"`` (what a person could hold), ``"firm"`` (and presses), ``"published"`` (Eq. 11 of Liu et al. 2021) or
-        ``"all"``.
-    steps, contacts, spread
-        Steps of a chain, contacts of a grasp, and how many grasps to keep at most, spread over the object.
+        ``"strict"`` (what a person could hold), ``"published"`` (Eq. 11 of Liu et al. 2021) or ``"all"``.
+    steps, spread
+        Descents of a chain at most, and how many grasps to keep at most, spread over the object.
     config
-        An experiment file (TOML) instead of ``preset``.
+        An experiment file (TOML).
     out
         The file to write. An interrupted call with the same ``out`` goes on where it stopped. By default none is kept.
     force
@@ -813,9 +801,8 @@ def synthesize(
     folder = None if out is not None else Folder()
     target = Path(out) if folder is None else folder / "grasps.parquet"  # type: ignore[arg-type]
     words = flags(
-        chains=whole_or_none("n", n), steps=whole_or_none("steps", steps), contacts=whole_or_none("contacts", contacts),
-        seed=whole("seed", seed) or None, force=force,
-        preset=None if preset == "closed" or config is not None else preset, config=config,
+        chains=whole_or_none("n", n), steps=whole_or_none("steps", steps),
+        seed=whole("seed", seed) or None, force=force, config=config,
         keep=None if keep == "strict" else keep, spread=whole_or_none("spread", spread),
     )
     synthesized(hand, object, target, progress, words)

@@ -84,7 +84,7 @@ class Tree:
     @cached_property
     def nodes(self) -> Table:
         """``energy`` (of the minimum, or of the pass), ``parent`` (−1 for a root), ``minimum`` (−1 for a merge) and
-        ``evidence`` (``saddle``, ``seam``, ``given``, ``path`` or ``chain``)."""
+        ``evidence`` (``saddle``, ``given``, ``path`` or ``chain``)."""
         return Table(self._native.nodes())
 
     def merge_height(self, a: int, b: int) -> float:
@@ -208,8 +208,8 @@ class Landscape:
 
     @cached_property
     def minima(self) -> Table:
-        """``energy``, ``coordinates`` (n, d), ``group``, ``members`` (ids of the inputs that descend to it), ``label`` and
-        ``choice`` (contact set) of each minimum, lowest first. Coordinates of grasps are poses as in :attr:`Grasps.poses`."""
+        """``energy``, ``coordinates`` (n, d), ``group``, ``members`` (ids of the inputs that descend to it) and ``label`` of
+        each minimum, lowest first. Coordinates of grasps are poses as in :attr:`Grasps.poses`."""
         return Table(self._native.minima())
 
     @cached_property

@@ -69,7 +69,7 @@ class Grasps:
     @staticmethod
     def from_arrays(
         hand: Hand, object: Object, translation: ArrayLike, rotation_wxyz: ArrayLike, joints: ArrayLike,
-        contacts: list[list[int]] | None, preset: str, source: str,
+        contacts: list[list[int]] | None, source: str,
     ) -> Grasps: ...
     def __len__(self) -> int: ...
     @property
@@ -90,7 +90,7 @@ class Grasps:
 
 @final
 class Energy:
-    def __new__(cls, hand: Hand, object: Object, preset: str) -> Energy: ...
+    def __new__(cls, hand: Hand, object: Object) -> Energy: ...
     @property
     def term_names(self) -> list[str]: ...
     @property

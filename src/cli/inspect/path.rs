@@ -177,7 +177,7 @@ fn value(files: &LandscapeFiles, energy: &GraspEnergy, path: &MinimaxPath) -> se
                 "place_m": step.along_m,
                 "energy": step.point.energy,
                 "terms": step.terms(),
-                "contacts": step.point.choice,
+                "contacts": step.contacts,
                 "coordinates": step.point.coordinates,
             })
         })

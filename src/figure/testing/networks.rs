@@ -18,7 +18,6 @@ pub(in crate::figure) fn random_network(seed: u64, count: usize, parts: usize) -
             Minimum {
                 coordinates,
                 energy,
-                choice: Vec::new(),
                 members: (0..members.max(1))
                     .map(|member| 31 * index + member)
                     .collect(),
@@ -53,7 +52,7 @@ pub(in crate::figure) fn random_network(seed: u64, count: usize, parts: usize) -
                 Evidence::Saddle,
                 Evidence::Path,
                 Evidence::Path,
-                Evidence::Seam,
+                Evidence::Saddle,
                 Evidence::Chain,
             ];
             let edge = Edge {

@@ -165,64 +165,6 @@ pub fn contact_forces(contacts: &[PointContact], friction: f64) -> Option<Contac
     })
 }
 
-/// The least sum of normal forces with which contacts at friction `friction` resist `wrench` (force, torque; same arm unit
-/// as the contacts); `None` if no forces resist it, or if a number is not finite.
-///
-/// ```text
-/// min Σ fₙ,i   with   ‖fₜ,i‖ ≤ μ fₙ,i,   Gf + w = 0
-/// ```
-///
-/// The result is in the force unit of the wrench, accurate to about 10⁻⁸ (a second-order cone programme).
-///
-/// # Panics
-/// If `friction` is negative or not finite.
-pub fn least_pressing(
-    contacts: &[PointContact],
-    wrench: &Vector6<f64>,
-    friction: f64,
-) -> Option<f64> {
-    assert!(friction >= 0.0 && friction.is_finite());
-    let size = wrench.norm();
-    if !size.is_finite() || contacts.iter().any(|contact| !contact.is_finite()) {
-        return None;
-    }
-    if size == 0.0 {
-        return Some(0.0);
-    }
-    let n = contacts.len();
-    let mut columns = Columns::default();
-    let mut linear = Vec::with_capacity(3 * n);
-    for (i, contact) in contacts.iter().enumerate() {
-        let [first, second] = tangents_of(&contact.inward_normal);
-        for (component, axis) in [contact.inward_normal, first, second].iter().enumerate() {
-            columns.begin();
-            for (row, value) in contact.wrench_of(axis).iter().enumerate() {
-                columns.push(row, *value);
-            }
-            let bound = if component == 0 { -friction } else { -1.0 };
-            columns.push(6 + 3 * i + component, bound);
-            linear.push(if component == 0 { 1.0 } else { 0.0 });
-        }
-    }
-    let rows = 6 + 3 * n;
-    let mut bounds = vec![0.0; rows];
-    for (bound, value) in bounds.iter_mut().zip(wrench) {
-        *bound = -value / size;
-    }
-    let mut cones = vec![ZeroConeT(6)];
-    cones.extend((0..n).map(|_| SecondOrderConeT(3)));
-    let (x, _, _) = solve(&linear, &columns.matrix(rows), &bounds, &cones)?;
-    let pressing: f64 = x.chunks_exact(3).map(|force| force[0]).sum();
-    // If the solver stalls, its forces may not balance.
-    let mut left = wrench / size;
-    for (contact, force) in contacts.iter().zip(x.chunks_exact(3)) {
-        let [first, second] = tangents_of(&contact.inward_normal);
-        left += contact
-            .wrench_of(&(contact.inward_normal * force[0] + first * force[1] + second * force[2]));
-    }
-    (left.norm() < 1e-6).then_some(pressing * size)
-}
-
 fn balanced(contacts: &[PointContact], mut forces: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
     let rows: Vec<_> = contacts
         .iter()
@@ -343,41 +285,5 @@ impl Columns {
         let columns = self.starts.len();
         self.starts.push(self.rows.len());
         CscMatrix::new(rows, columns, self.starts, self.rows, self.values)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Four pads around a ball of radius 1, pushing toward the axis.
-    fn pads() -> Vec<PointContact> {
-        [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]
-            .map(|[x, y]| PointContact {
-                arm: Vector3::new(x, y, 0.0),
-                inward_normal: Vector3::new(-x, -y, 0.0),
-            })
-            .to_vec()
-    }
-
-    #[test]
-    fn side_pads_press_by_the_weight_over_friction() {
-        for friction in [0.1, 0.25, 1.0] {
-            let weight = Vector6::new(0.0, 0.0, -3.0, 0.0, 0.0, 0.0);
-            let pressing = least_pressing(&pads(), &weight, friction).unwrap();
-            assert!((pressing - 3.0 / friction).abs() < 1e-5, "{pressing}");
-        }
-    }
-
-    #[test]
-    fn a_push_sideways_is_borne_by_the_pad_behind() {
-        // With hardly any friction only the pad behind can resist.
-        let push = Vector6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        let bare = least_pressing(&pads(), &push, 1e-3).unwrap();
-        assert!((bare - 1.0).abs() < 1e-3, "{bare}");
-        let turn = Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 1.0);
-        let rough = least_pressing(&pads(), &turn, 0.5).unwrap();
-        assert!((rough - 2.0).abs() < 1e-5, "{rough}");
-        assert!(least_pressing(&pads(), &(turn * f64::NAN), 0.5).is_none());
     }
 }

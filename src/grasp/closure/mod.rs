@@ -6,7 +6,6 @@
 //! | how much friction is needed for balance | [`least_friction`] |
 //! | do the contacts resist any wrench at friction μ | [`is_force_closure`] |
 //! | which forces balance | [`contact_forces`] |
-//! | how hard must they press to resist a given wrench | [`least_pressing`] |
 //! | how well do they resist the worst wrench | [`epsilon()`] |
 //!
 //! # Examples
@@ -35,7 +34,7 @@ mod expanding;
 mod friction;
 mod triangle;
 
-pub use cone_programme::{ContactForces, contact_forces, least_pressing};
+pub use cone_programme::{ContactForces, contact_forces};
 pub use epsilon::{Epsilon, EpsilonSettings, epsilon, epsilon_of_wrenches};
 pub use friction::{LARGEST_FRICTION, is_force_closure, least_friction};
 

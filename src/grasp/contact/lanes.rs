@@ -1,6 +1,6 @@
 //! Groups of candidates, laid out for vectorised sums and for lookups of those that oppose a force.
 
-use super::{Candidate, Reach, SLACK, WrenchCost};
+use super::{Candidate, SLACK, reach_squared, wrench_cost};
 
 pub(super) const LANES: usize = 8;
 
@@ -29,14 +29,14 @@ impl Lanes {
 
     /// Totals of the sets that each candidate completes, where the other members cost `own` and have the net `wrench`.
     #[inline]
-    pub(super) fn totals(&self, own: f64, wrench: &[f64; 6], cost: &WrenchCost) -> [f64; LANES] {
+    pub(super) fn totals(&self, own: f64, wrench: &[f64; 6]) -> [f64; LANES] {
         let mut squares = [0.0; LANES];
         for (row, component) in self.wrench.iter().zip(wrench) {
             for (square, w) in squares.iter_mut().zip(row) {
                 *square += (component + w) * (component + w);
             }
         }
-        std::array::from_fn(|lane| own + self.cost[lane] + cost.of_squared(squares[lane]))
+        std::array::from_fn(|lane| own + self.cost[lane] + wrench_cost(squares[lane]))
     }
 
     /// Tests, for each candidate and a last one that costs as much, whether a unit force can cancel their remaining force
@@ -44,7 +44,7 @@ impl Lanes {
     ///
     /// The remaining force F may have a length from 1 − r to 1 + r for a reach r: F² + 1 − r² ≤ 2 F, squared.
     #[inline]
-    pub(super) fn spare(&self, wrench: &[f64; 6], left: f64, reach: &Reach) -> [f64; LANES] {
+    pub(super) fn spare(&self, wrench: &[f64; 6], left: f64) -> [f64; LANES] {
         let [x, y, z, ..] = &self.wrench;
         std::array::from_fn(|lane| {
             let sum = [
@@ -53,7 +53,7 @@ impl Lanes {
                 wrench[2] + z[lane],
             ];
             let squared = sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2];
-            let excess = (squared + 1.0 - reach.squared(left - 2.0 * self.cost[lane])).max(0.0);
+            let excess = (squared + 1.0 - reach_squared(left - 2.0 * self.cost[lane])).max(0.0);
             4.0 * squared + SLACK - excess * excess
         })
     }

@@ -1,136 +1,127 @@
-//! The best contact set of a posed hand: the exact minimum over all sets of n candidates.
+//! The contact set of a posed hand, which filters judge and files name: the exact minimum over all sets of four candidates.
 //!
-//! The contact part of the energy is Σ aᵢ + w·h(‖Σ wᵢ‖) with non-negative own costs aᵢ, candidate wrenches wᵢ and an
-//! increasing h. Candidates are tried in order of own cost. A branch is cut if its own costs (each further member costs at
-//! least as much as the last) exceed the best known total, or if unit forces can no longer cancel the remaining wrench.
-//! Nothing else is cut, so the result is the minimum; of equal sets the lexicographically first wins.
+//! It is no part of the energy. It minimises Σ aᵢ + h(‖Σ wᵢ‖) with non-negative own costs aᵢ (distances from the surface),
+//! candidate wrenches wᵢ and a rounded norm h. Candidates are tried in order of own cost. A branch is cut if its own costs
+//! (each further member costs at least as much as the last) exceed the best known total, or if unit forces can no longer
+//! cancel the remaining wrench. Nothing else is cut, so the result is the minimum; of equal sets the lexicographically first
+//! wins.
 
 mod lanes;
 
 use lanes::{BLOCK, Directions, LANES, Lanes};
 
-use super::term::NormForm;
+use super::closure::PointContact;
+use super::filter::MOST_GAP_M;
+use crate::hand::{Hand, PosedHand};
+use crate::object::Object;
 
-/// Energy of a net wrench: `weight · (√(‖Gc‖² + rounding²) − rounding)` or `weight · ‖Gc‖²`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WrenchCost {
-    /// Energy per unit of ‖Gc‖ far from zero.
-    pub weight: f64,
-    /// Shape of the norm.
-    pub form: NormForm,
-    /// Radius of the rounding of the norm near zero (0 for the plain norm).
-    pub rounding: f64,
-}
+/// Number of contacts of a set. Three equal unit forces balance only at 120°, so pinches need four.
+pub const CONTACTS: usize = 4;
+/// Cost of a distance of the object's radius, and the rounding of distances, metres.
+const DISTANCE_WEIGHT: f64 = 40.0;
+const DISTANCE_ROUNDING_M: f64 = 0.002;
+/// Rounding of the norm of the net wrench.
+const ROUNDING: f64 = 0.05;
 
-impl WrenchCost {
-    /// Energy of a net wrench whose squared norm is given.
-    pub fn of_squared(&self, norm_squared: f64) -> f64 {
-        self.weight
-            * match self.form {
-                NormForm::Norm => {
-                    (norm_squared + self.rounding * self.rounding).sqrt() - self.rounding
-                }
-                NormForm::Square => norm_squared,
+/// The best contact set of a posed hand, as ascending indices of surface points. Only points within 2 mm of the object count,
+/// or all points if these are too few. Without this limit a hand whose fingertips have few points would get contacts where it
+/// does not touch, since these balance better.
+///
+/// # Panics
+/// If `posed` belongs to another hand.
+pub fn best_contacts(hand: &Hand, object: &Object, posed: &PosedHand) -> Vec<u32> {
+    let mut all = Vec::new();
+    let mut touching = Vec::new();
+    for (index, at) in (0u32..).zip(&hand.surface) {
+        if !hand.may_touch(at) {
+            continue;
+        }
+        let point = hand.surface_point(posed, index as usize);
+        let (distance_m, gradient) = object.shape.gradient(&point);
+        let length = gradient.norm();
+        if length > 0.0 {
+            let contact = PointContact {
+                arm: (point - object.centroid) / object.radius_m,
+                inward_normal: -gradient / length,
+            };
+            let candidate = Candidate {
+                index,
+                cost: distance_cost(distance_m, object.radius_m),
+                wrench: contact.wrench().into(),
+            };
+            all.push(candidate);
+            if distance_m.abs() <= MOST_GAP_M {
+                touching.push(candidate);
             }
-    }
-
-    /// The inverse of this cost.
-    fn reach(&self) -> Reach {
-        let (linear, quadratic) = match self.form {
-            NormForm::Norm => (2.0 * self.rounding, 1.0),
-            NormForm::Square => (1.0, 0.0),
-        };
-        Reach {
-            per_energy: self.weight.max(f64::MIN_POSITIVE).recip(),
-            linear,
-            quadratic,
         }
     }
+    let candidates = if touching.len() < CONTACTS {
+        all
+    } else {
+        touching
+    };
+    let mut search = ContactSearch::new(candidates);
+    search.descend(CONTACTS);
+    search.prove(CONTACTS);
+    search.best
 }
 
-/// The inverse of a [`WrenchCost`]: the squared norm for a given energy, without a root and in one form.
-#[derive(Debug, Clone, Copy, Default)]
-struct Reach {
-    per_energy: f64,
-    linear: f64,
-    quadratic: f64,
+fn distance_cost(distance_m: f64, unit_m: f64) -> f64 {
+    let (s, rounding) = (distance_m / unit_m, DISTANCE_ROUNDING_M / unit_m);
+    DISTANCE_WEIGHT * ((s * s + rounding * rounding).sqrt() - rounding)
 }
 
-impl Reach {
-    /// Largest norm squared that costs at most `energy`.
-    fn squared(&self, energy: f64) -> f64 {
-        // If wrenches cost nothing, the clamp keeps the unlimited reach finite.
-        let e = (energy * self.per_energy).clamp(0.0, 1e100);
-        e * (self.linear + self.quadratic * e)
-    }
+/// Cost of a net wrench whose squared norm is given: √(‖Gc‖² + r²) − r.
+fn wrench_cost(norm_squared: f64) -> f64 {
+    (norm_squared + ROUNDING * ROUNDING).sqrt() - ROUNDING
+}
+
+/// The inverse of [`wrench_cost`]: the largest norm squared that costs at most `energy`.
+fn reach_squared(energy: f64) -> f64 {
+    let e = energy.clamp(0.0, 1e100);
+    e * (2.0 * ROUNDING + e)
 }
 
 /// A surface point that may become a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Candidate {
+struct Candidate {
     /// Index into the hand's surface points.
-    pub index: u32,
+    index: u32,
     /// Its own cost aᵢ ≥ 0.
-    pub cost: f64,
+    cost: f64,
     /// Unit force and torque (with scaled arms) of its contact.
-    pub wrench: [f64; 6],
+    wrench: [f64; 6],
 }
 
 /// Tolerance for sums taken in another order, far below any energy of interest.
 const SLACK: f64 = 1e-12;
 
-/// Searches for the best set among `candidates`. Buffers are kept between calls.
-#[derive(Debug, Clone, Default)]
-pub struct ContactSearch {
+/// Searches for the best set among candidates.
+struct ContactSearch {
+    /// In the order of their own costs.
     candidates: Vec<Candidate>,
     /// The same in groups for vector instructions.
     lanes: Vec<Lanes>,
-    /// The same in input order, and the sort keys.
-    unsorted: Vec<Candidate>,
-    order: Vec<(i64, u32, usize)>,
-    /// Members of the current branch or descent.
-    chosen: Vec<usize>,
+    /// The best set found, as ascending indices of surface points; empty if there is none.
     best: Vec<u32>,
     best_total: f64,
-    /// Greatest cost of interest, even if it is below the best known.
-    limit: f64,
-    reach: Reach,
     directions: Directions,
 }
 
 impl ContactSearch {
-    /// Starts a new search among `candidates`.
-    pub fn begin(&mut self, candidates: impl IntoIterator<Item = Candidate>) {
-        self.unsorted.clear();
-        self.unsorted.extend(candidates);
-        self.order.clear();
-        let keys = self.unsorted.iter().enumerate();
-        self.order
-            .extend(keys.map(|(place, c)| (rank(c.cost), c.index, place)));
-        self.order.sort_unstable();
-        self.candidates.clear();
-        let places = self.order.iter().map(|(_, _, place)| *place);
-        self.candidates
-            .extend(places.map(|place| self.unsorted[place]));
-        self.lanes.clear();
-        self.lanes
-            .extend(self.candidates.chunks(LANES).map(Lanes::of));
-        self.best.clear();
-        self.best_total = f64::INFINITY;
-    }
-
-    /// Number of candidates.
-    pub fn len(&self) -> usize {
-        self.candidates.len()
-    }
-
-    /// Whether there are no candidates.
-    pub fn is_empty(&self) -> bool {
-        self.candidates.is_empty()
+    fn new(mut candidates: Vec<Candidate>) -> Self {
+        candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost).then(a.index.cmp(&b.index)));
+        Self {
+            lanes: candidates.chunks(LANES).map(Lanes::of).collect(),
+            candidates,
+            best: Vec::new(),
+            best_total: f64::INFINITY,
+            directions: Directions::default(),
+        }
     }
 
     /// Total of a set of positions, summed in index order, so that it does not depend on how the set was found.
-    fn total(&self, positions: &mut [usize], cost: &WrenchCost) -> f64 {
+    fn total(&self, positions: &mut [usize]) -> f64 {
         positions.sort_unstable_by_key(|&p| self.candidates[p].index);
         let mut own = 0.0;
         let mut wrench = [0.0; 6];
@@ -138,12 +129,12 @@ impl ContactSearch {
             own += self.candidates[p].cost;
             add(&mut wrench, &self.candidates[p].wrench);
         }
-        own + cost.of_squared(norm_squared(&wrench))
+        own + wrench_cost(norm_squared(&wrench))
     }
 
     /// Offers a set as the best one and returns its total.
-    fn offer(&mut self, positions: &mut [usize], cost: &WrenchCost) -> f64 {
-        let total = self.total(positions, cost);
+    fn offer(&mut self, positions: &mut [usize]) -> f64 {
+        let total = self.total(positions);
         if total > self.best_total {
             return total;
         }
@@ -156,79 +147,27 @@ impl ContactSearch {
         total
     }
 
-    /// A good set that depends only on the candidates: the best of coordinate descents from the cheapest candidates and
-    /// from opposed pairs along the axes. It stops at the first set that costs at most `enough`. Otherwise like
-    /// [`ContactSearch::descend`].
-    pub fn descend_cold(&mut self, size: usize, cost: &WrenchCost, enough: f64) -> f64 {
-        self.descend(size, &[], cost);
-        for axes in [[0, 1], [0, 2], [1, 2]] {
-            if self.best_total <= enough {
-                break;
-            }
-            let mut start = [0; 4];
-            let mut ends = 0;
-            for axis in axes {
-                let along = |a: &&Candidate, b: &&Candidate| {
-                    a.wrench[axis]
-                        .total_cmp(&b.wrench[axis])
-                        .then(a.index.cmp(&b.index))
-                };
-                let (low, high) = (
-                    self.candidates.iter().min_by(along),
-                    self.candidates.iter().max_by(along),
-                );
-                for end in [low, high].into_iter().flatten() {
-                    start[ends] = end.index;
-                    ends += 1;
-                }
-            }
-            self.descend(size, &start[..ends], cost);
+    /// Finds a good set of `size` members by coordinate descent from the cheapest candidates.
+    fn descend(&mut self, size: usize) {
+        if self.candidates.len() < size {
+            return;
         }
-        self.best_total
-    }
-
-    /// A good set by coordinate descent from `start` (surface-point indices; missing ones are replaced by the cheapest
-    /// candidates). It is never worse than `start` if all of it is among the candidates, nor than earlier descents of this
-    /// search.
-    ///
-    /// Returns its total, or infinity for fewer than `size` candidates; the set itself is [`ContactSearch::best`].
-    pub fn descend(&mut self, size: usize, start: &[u32], cost: &WrenchCost) -> f64 {
-        if self.candidates.len() < size || size == 0 {
-            return self.best_total;
-        }
-        let mut set: Vec<usize> = std::mem::take(&mut self.chosen);
-        set.clear();
-        for index in start.iter().take(size) {
-            if let Some(position) = self.candidates.iter().position(|c| c.index == *index)
-                && !set.contains(&position)
-            {
-                set.push(position);
-            }
-        }
-        let mut next = 0;
-        while set.len() < size {
-            if !set.contains(&next) {
-                set.push(next);
-            }
-            next += 1;
-        }
-        let mut here = self.offer(&mut set.clone(), cost);
+        let mut set: Vec<usize> = (0..size).collect();
+        let mut here = self.offer(&mut set.clone());
         loop {
             for slot in 0..size {
-                set[slot] = self.best_in_slot(&set, slot, cost);
+                set[slot] = self.best_in_slot(&set, slot);
             }
-            let next = self.offer(&mut set.clone(), cost);
+            let next = self.offer(&mut set.clone());
             if next >= here - SLACK {
                 break;
             }
             here = next;
         }
-        self.chosen = set;
-        self.best_total
     }
 
     /// The best candidate for `slot` with the other members of `set`.
-    fn best_in_slot(&self, set: &[usize], slot: usize, cost: &WrenchCost) -> usize {
+    fn best_in_slot(&self, set: &[usize], slot: usize) -> usize {
         let mut others = [0.0; 6];
         let mut own = 0.0;
         for (k, &p) in set.iter().enumerate() {
@@ -240,7 +179,7 @@ impl ContactSearch {
         let mut least = f64::INFINITY;
         let mut choice = set[slot];
         for (block, lanes) in self.lanes.iter().enumerate() {
-            let totals = lanes.totals(own, &others, cost);
+            let totals = lanes.totals(own, &others);
             for (lane, total) in totals.into_iter().enumerate() {
                 if own + lanes.cost[lane] >= least {
                     return choice;
@@ -255,32 +194,22 @@ impl ContactSearch {
         choice
     }
 
-    /// Proves or improves the set of [`ContactSearch::descend`] until it is the exact minimum over all sets of `size`
-    /// candidates, and returns its total. If that exceeds `limit`, any bound above `limit` may be returned.
-    pub fn prove(&mut self, size: usize, cost: &WrenchCost, limit: f64) -> f64 {
-        if self.candidates.len() < size || size == 0 {
-            return self.best_total;
+    /// Improves the set of [`ContactSearch::descend`] until it is the minimum over all sets of `size` candidates.
+    fn prove(&mut self, size: usize) {
+        if self.candidates.len() < size {
+            return;
         }
-        self.limit = limit;
-        self.reach = cost.reach();
         // Later positions cannot occur, because the other members cost at least as much as the cheapest ones.
-        let floor = self.floor(size - 1);
+        let floor: f64 = self.candidates[..size - 1].iter().map(|c| c.cost).sum();
         let usable = self
             .candidates
             .partition_point(|c| c.cost + floor <= self.worst());
         self.directions.list(&self.candidates[..usable]);
-        let mut chosen = std::mem::take(&mut self.chosen);
-        chosen.clear();
-        self.extend(&mut chosen, size, usable, 0.0, &[0.0; 6], cost);
-        self.chosen = chosen;
-        if self.best_total > limit {
-            return limit.next_up();
-        }
-        self.best_total
+        self.extend(&mut Vec::new(), size, usable, 0.0, &[0.0; 6]);
     }
 
     fn worst(&self) -> f64 {
-        self.best_total.min(self.limit) + SLACK
+        self.best_total + SLACK
     }
 
     /// Tries every further member after the last one of the branch `chosen`.
@@ -291,7 +220,6 @@ impl ContactSearch {
         usable: usize,
         own: f64,
         wrench: &[f64; 6],
-        cost: &WrenchCost,
     ) {
         let missing = size - chosen.len();
         let from = chosen.last().map_or(0, |last| last + 1);
@@ -299,11 +227,11 @@ impl ContactSearch {
             return;
         }
         if missing == 1 {
-            self.close(chosen, from, own, wrench, cost);
+            self.close(chosen, from, own, wrench);
             return;
         }
         if missing == 2 {
-            self.extend_by_two(chosen, usable, own, wrench, cost);
+            self.extend_by_two(chosen, usable, own, wrench);
             return;
         }
         for p in from..usable {
@@ -315,7 +243,7 @@ impl ContactSearch {
             add(&mut sum, &candidate.wrench);
             let own = own + candidate.cost;
             chosen.push(p);
-            self.extend(chosen, size, usable, own, &sum, cost);
+            self.extend(chosen, size, usable, own, &sum);
             chosen.pop();
         }
     }
@@ -327,7 +255,6 @@ impl ContactSearch {
         usable: usize,
         own: f64,
         wrench: &[f64; 6],
-        cost: &WrenchCost,
     ) {
         let from = chosen.last().map_or(0, |last| last + 1);
         for block in from / LANES..usable.div_ceil(LANES) {
@@ -336,7 +263,7 @@ impl ContactSearch {
             if own + 2.0 * cheapest.cost > self.worst() {
                 return;
             }
-            let spare = self.lanes[block].spare(wrench, self.worst() - own, &self.reach);
+            let spare = self.lanes[block].spare(wrench, self.worst() - own);
             // The last candidate has no successor.
             for p in from.max(first)..(usable - 1).min(first + LANES) {
                 if spare[p - first] >= 0.0 {
@@ -345,7 +272,7 @@ impl ContactSearch {
                     let mut sum = *wrench;
                     add(&mut sum, &candidate.wrench);
                     chosen.push(p);
-                    self.close(chosen, p + 1, own, &sum, cost);
+                    self.close(chosen, p + 1, own, &sum);
                     chosen.pop();
                 }
             }
@@ -353,16 +280,9 @@ impl ContactSearch {
     }
 
     /// Tries every last member whose force comes close enough to cancelling `wrench`.
-    fn close(
-        &mut self,
-        chosen: &[usize],
-        from: usize,
-        own: f64,
-        wrench: &[f64; 6],
-        cost: &WrenchCost,
-    ) {
+    fn close(&mut self, chosen: &[usize], from: usize, own: f64, wrench: &[f64; 6]) {
         let left = self.worst() - own;
-        let reach = self.reach.squared(left - self.candidates[from].cost).sqrt();
+        let reach = reach_squared(left - self.candidates[from].cost).sqrt();
         for block in from / BLOCK..self.directions.blocks.len() {
             let mut opposed = self.directions.blocks[block].opposed(wrench, reach);
             if block == from / BLOCK {
@@ -377,43 +297,18 @@ impl ContactSearch {
                     return;
                 }
                 let squared = sum_norm_squared(wrench, &candidate.wrench);
-                if squared > self.reach.squared(left) {
+                if squared > reach_squared(left) {
                     continue;
                 }
-                let total = own + candidate.cost + cost.of_squared(squared);
+                let total = own + candidate.cost + wrench_cost(squared);
                 if total <= self.worst() {
                     let mut set: Vec<usize> = chosen.to_vec();
                     set.push(p);
-                    self.offer(&mut set, cost);
+                    self.offer(&mut set);
                 }
             }
         }
     }
-
-    /// The least own cost of any `count` candidates; infinite with fewer.
-    pub fn floor(&self, count: usize) -> f64 {
-        if self.candidates.len() < count {
-            return f64::INFINITY;
-        }
-        self.candidates[..count].iter().map(|c| c.cost).sum()
-    }
-
-    /// The least own cost of any `count` points, if points that are not candidates cost at least `outside` each.
-    pub fn floor_with(&self, count: usize, outside: f64) -> f64 {
-        let known = self.candidates.iter().map(|c| c.cost.min(outside));
-        known.chain(std::iter::repeat(outside)).take(count).sum()
-    }
-
-    /// The best set found, as sorted surface-point indices.
-    pub fn best(&self) -> &[u32] {
-        &self.best
-    }
-}
-
-/// Integer key that orders costs like `total_cmp`.
-fn rank(cost: f64) -> i64 {
-    let bits = cost.to_bits().cast_signed();
-    bits ^ ((bits >> 63).cast_unsigned() >> 1).cast_signed()
 }
 
 fn add(sum: &mut [f64; 6], wrench: &[f64; 6]) {
@@ -462,7 +357,7 @@ mod tests {
             .collect()
     }
 
-    fn brute_force(candidates: &[Candidate], size: usize, cost: &WrenchCost) -> (f64, Vec<u32>) {
+    fn brute_force(candidates: &[Candidate], size: usize) -> (f64, Vec<u32>) {
         let mut best = (f64::INFINITY, Vec::new());
         let mut sets: Vec<Vec<usize>> = vec![vec![]];
         for _ in 0..size {
@@ -485,7 +380,7 @@ mod tests {
                 add(&mut wrench, &candidates[p].wrench);
                 own += candidates[p].cost;
             }
-            let total = own + cost.of_squared(norm_squared(&wrench));
+            let total = own + wrench_cost(norm_squared(&wrench));
             if total < best.0 {
                 best = (total, set.iter().map(|&p| candidates[p].index).collect());
             }
@@ -494,57 +389,28 @@ mod tests {
     }
 
     #[test]
-    fn exact_minimum_for_every_size_and_rounding() {
+    fn the_set_found_is_the_exact_minimum() {
         for seed in 0..20 {
-            let (norm, square) = (NormForm::Norm, NormForm::Square);
-            for (size, form, rounding) in [
-                (2, norm, 0.05),
-                (3, norm, 0.0),
-                (3, norm, 0.05),
-                (4, norm, 0.05),
-                (5, norm, 0.05),
-                (3, square, 0.0),
-                (5, square, 0.0),
-            ] {
+            for size in [2, 3, 4, 5] {
                 let candidates = random_candidates(18, seed);
-                let cost = WrenchCost {
-                    weight: 1.0,
-                    form,
-                    rounding,
-                };
-                let (total, set) = brute_force(&candidates, size, &cost);
-                let mut search = ContactSearch::default();
-                search.begin(candidates.iter().rev().copied());
-                let descended = search.descend(size, &[3, 5], &cost);
-                let proven = search.prove(size, &cost, f64::INFINITY);
+                let (total, set) = brute_force(&candidates, size);
+                let mut search = ContactSearch::new(candidates.into_iter().rev().collect());
+                search.descend(size);
+                let descended = search.best_total;
+                search.prove(size);
+                let proven = search.best_total;
                 assert!(descended >= proven);
                 assert!((proven - total).abs() < 1e-12, "{proven} against {total}");
-                assert_eq!(search.best(), set);
-                for limit in [0.5 * total, total - 1e-9, total + 1e-9, 2.0 * total] {
-                    search.begin(candidates.iter().copied());
-                    search.descend(size, &[0, 1], &cost);
-                    let proven = search.prove(size, &cost, limit);
-                    if total > limit {
-                        assert!(proven > limit);
-                    } else {
-                        assert!((proven - total).abs() < 1e-12);
-                        assert_eq!(search.best(), set);
-                    }
-                }
+                assert_eq!(search.best, set);
             }
         }
     }
 
     #[test]
-    fn too_few_candidates() {
-        let cost = WrenchCost {
-            weight: 1.0,
-            form: NormForm::Norm,
-            rounding: 0.0,
-        };
-        let mut search = ContactSearch::default();
-        search.begin(random_candidates(2, 0));
-        assert!(search.descend(3, &[], &cost).is_infinite());
-        assert!(search.prove(3, &cost, f64::INFINITY).is_infinite());
+    fn too_few_candidates_give_no_set() {
+        let mut search = ContactSearch::new(random_candidates(2, 0));
+        search.descend(3);
+        search.prove(3);
+        assert!(search.best.is_empty());
     }
 }

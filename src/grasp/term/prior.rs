@@ -1,29 +1,19 @@
 //! Prior of natural hand poses.
 
-use serde::{Deserialize, Serialize};
-
 use super::{Forces, Scene, Stage, Term};
 use crate::hand::PosePrior;
 
-/// Form of the energy of the prior.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PriorForm {
-    /// ½ zᵀΛz: the negative logarithm of the Gaussian.
-    Quadratic,
-    /// √(zᵀΛz): the norm of the whitened pose, as in Liu et al. (2021), Eq. 10.
-    Norm,
-    /// √Σ (zᵢ/σᵢ)² with the standard deviation σᵢ of each joint, as in their code, which has no synergies.
-    StandardScores,
-}
-
 /// Distance of the joint angles from the rest pose in the hand's Gaussian prior, z = θ − θ₀.
+///
+/// ```text
+/// E = w ½ zᵀΛz
+/// ```
+///
+/// It is the negative logarithm of the Gaussian.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prior {
-    /// Weight.
+    /// Weight w.
     pub weight: f64,
-    /// Form of the energy.
-    pub form: PriorForm,
 }
 
 impl Term for Prior {
@@ -40,25 +30,15 @@ impl Term for Prior {
     }
 
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {
-        if self.form == PriorForm::StandardScores {
-            return self.add_standard_scores(scene, forces);
-        }
         let prior = &scene.hand.prior;
         let mut square = 0.0;
         for_each_product(prior, scene.joints_rad, |i, product| {
             square += (scene.joints_rad[i] - prior.rest_rad[i]) * product;
         });
-        let (value, slope) = match self.form {
-            PriorForm::Quadratic => (0.5 * square, 1.0),
-            PriorForm::Norm | PriorForm::StandardScores => {
-                let norm = square.max(0.0).sqrt();
-                (norm, if norm > 0.0 { 1.0 / norm } else { 0.0 })
-            }
-        };
         for_each_product(prior, scene.joints_rad, |i, product| {
-            forces.joints[i] += self.weight * slope * product;
+            forces.joints[i] += self.weight * product;
         });
-        self.weight * value
+        self.weight * (0.5 * square)
     }
 }
 
@@ -88,24 +68,5 @@ fn for_each_product(prior: &PosePrior, joints_rad: &[f64], mut visit: impl FnMut
         for (i, product) in products[..rows].iter().enumerate() {
             visit(first + i, *product);
         }
-    }
-}
-
-impl Prior {
-    fn add_standard_scores(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {
-        let prior = &scene.hand.prior;
-        let scores = || {
-            let angles = scene.joints_rad.iter().zip(&prior.rest_rad);
-            angles
-                .zip(&prior.deviations_rad)
-                .map(|((q, rest), deviation)| ((q - rest) / deviation, deviation))
-        };
-        let norm = scores().map(|(score, _)| score * score).sum::<f64>().sqrt();
-        if norm > 0.0 {
-            for ((score, deviation), force) in scores().zip(&mut forces.joints) {
-                *force += self.weight * score / (deviation * norm);
-            }
-        }
-        self.weight * norm
     }
 }

@@ -1,4 +1,4 @@
-//! Lists of the parts of hand and object that may overlap, valid while the hand moves a little.
+//! Lists of the parts of a hand that may overlap, valid while the hand moves a little.
 //!
 //! Two parts cannot touch if their distance was greater than both have moved since. Nothing else is left out, so terms that
 //! use these lists give bitwise the same result as over all parts, only faster.
@@ -8,10 +8,6 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 
 use crate::hand::{Hand, PosedHand, closest_points};
-use crate::object::Object;
-
-/// Distance from a capsule within which object samples are listed. The list is valid until the capsule has moved that far.
-const MARGIN_M: f64 = 0.008;
 
 /// Self-pairs with a greater gap are tested only after some part has moved half as far.
 const NEIGHBOURHOOD_M: f64 = 0.01;
@@ -19,21 +15,11 @@ const NEIGHBOURHOOD_M: f64 = 0.01;
 /// Rounding error of distances below a metre.
 const ROUNDING_M: f64 = 1e-12;
 
-/// Parts that may overlap at the last pose, for one hand and one object.
+/// Parts that may overlap at the last pose, for one hand.
 #[derive(Debug, Clone, Default)]
 pub struct Proximity {
-    intruders: Vec<Intruders>,
     folds: Folds,
     pairs: Vec<u32>,
-}
-
-#[derive(Debug, Clone, Default)]
-struct Intruders {
-    /// Axis of the capsule when the list was made.
-    axis: [Vector3<f64>; 2],
-    /// Greatest movement of the ends of the axis for which the list is valid.
-    margin_m: f64,
-    samples: Vec<u32>,
 }
 
 /// Gaps between the parts of the hand at the joint angles of their measurement.
@@ -114,23 +100,6 @@ fn link_balls(hand: &Hand, posed: &PosedHand) -> Vec<(Vector3<f64>, f64)> {
 }
 
 impl Proximity {
-    /// Updates the lists of object samples.
-    pub fn update_intruders(&mut self, hand: &Hand, posed: &PosedHand, object: &Object) {
-        self.intruders
-            .resize(hand.capsules.len(), Intruders::default());
-        let axes = hand.capsules.iter().zip(&posed.capsules);
-        for (list, (capsule, axis)) in self.intruders.iter_mut().zip(axes) {
-            if farthest_squared(&list.axis, axis) >= list.margin_m * list.margin_m {
-                list.renew(axis, capsule.radius_m, object);
-            }
-        }
-    }
-
-    /// Ascending indices of the object's samples that may be inside `capsule`.
-    pub fn intruders(&self, capsule: usize) -> &[u32] {
-        &self.intruders[capsule].samples
-    }
-
     /// Updates the list of self-pairs.
     pub fn update_pairs(&mut self, hand: &Hand, posed: &PosedHand) {
         let root = &posed.object_from_link[0];
@@ -171,27 +140,6 @@ impl Proximity {
     /// Ascending indices of the self-pairs that may overlap.
     pub fn pairs(&self) -> &[u32] {
         &self.pairs
-    }
-}
-
-impl Intruders {
-    fn renew(&mut self, axis: &[Vector3<f64>; 2], radius_m: f64, object: &Object) {
-        let listed_squared = (radius_m + MARGIN_M).powi(2);
-        let along = axis[1] - axis[0];
-        let inverse = 1.0 / along.norm_squared().max(f64::MIN_POSITIVE);
-        let mut nearest_squared = f64::INFINITY;
-        self.samples.clear();
-        for &index in &object.held_samples {
-            let from = object.surface_samples[index as usize].point - axis[0];
-            let share = (from.dot(&along) * inverse).clamp(0.0, 1.0);
-            let squared = (from - along * share).norm_squared();
-            nearest_squared = nearest_squared.min(squared);
-            if squared < listed_squared {
-                self.samples.push(index);
-            }
-        }
-        self.axis = *axis;
-        self.margin_m = MARGIN_M.max(nearest_squared.sqrt() - radius_m) - ROUNDING_M;
     }
 }
 

@@ -14,7 +14,7 @@ use toml::{Table, Value};
 
 use super::experiment::overlay;
 use super::settings::{MapSearch, default_map};
-use super::{ChoiceSettings, Experiment, ExperimentError, GraspMapSettings};
+use super::{ChoiceSettings, Experiment, GraspMapSettings};
 use crate::evaluation::stability::Protocol;
 use crate::formats::toml_text;
 use crate::limits::Beyond;
@@ -28,9 +28,10 @@ const SIX_DIRECTIONS: &str = include_str!("six_directions.txt");
 
 /// A file of settings that `landscape config` prints.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ConfigurationFile<'a> {
-    /// Of `synth`: the preset of this name.
-    Synth(&'a str),
+#[expect(clippy::large_enum_variant, reason = "there is one at a time")]
+pub enum ConfigurationFile {
+    /// Of `synth`.
+    Synth,
     /// Of `build`.
     Build,
     /// Of `surface`.
@@ -39,38 +40,28 @@ pub enum ConfigurationFile<'a> {
     Stability(Protocol),
 }
 
-impl ConfigurationFile<'_> {
+impl ConfigurationFile {
     /// The whole file with a comment on each key. Read back, it gives the defaults.
-    ///
-    /// # Errors
-    /// If there is no preset of that name.
     ///
     /// # Panics
     /// Never: settings are plain data.
-    pub fn text(&self) -> Result<String, ExperimentError> {
-        let (template, values, examples) = self.parts()?;
-        Ok(rendered(template, &values, &examples))
+    pub fn text(&self) -> String {
+        let (template, values) = self.parts();
+        rendered(template, &values)
     }
 
     /// The settings alone, as they are without a file.
     ///
-    /// # Errors
-    /// If there is no preset of that name.
-    ///
     /// # Panics
     /// Never: settings are plain data.
-    pub fn values(&self) -> Result<Table, ExperimentError> {
-        Ok(self.parts()?.1)
+    pub fn values(&self) -> Table {
+        self.parts().1
     }
 
-    /// The template, the values, and examples for keys that have none.
-    fn parts(&self) -> Result<(&'static str, Table, Table), ExperimentError> {
-        Ok(match self {
-            Self::Synth(preset) => {
-                let mut values = plain(&Experiment::preset(preset)?);
-                values.insert("preset".to_owned(), Value::from(*preset));
-                (SYNTH, values, plain(&Experiment::default()))
-            }
+    /// The template and the values.
+    fn parts(&self) -> (&'static str, Table) {
+        match self {
+            Self::Synth => (SYNTH, plain(&Experiment::default())),
             Self::Build => {
                 let values = plain(&BuildFile {
                     search: Some(MapSearch::default()),
@@ -78,23 +69,23 @@ impl ConfigurationFile<'_> {
                     map: Some(default_map()),
                     ..BuildFile::default()
                 });
-                (BUILD, values, Table::new())
+                (BUILD, values)
             }
-            Self::Surface => (SURFACE, plain(&SurfaceFile::standard()), Table::new()),
+            Self::Surface => (SURFACE, plain(&SurfaceFile::standard())),
             Self::Stability(protocol) => {
                 let template = match protocol {
                     Protocol::Drop(_) => DROP,
                     Protocol::SixDirections(_) => SIX_DIRECTIONS,
                 };
-                (template, plain(protocol), Table::new())
+                (template, plain(protocol))
             }
-        })
+        }
     }
 }
 
 /// Fills in a template: `key` becomes `key = value`. `key ~` is measured or depends on the energy, and `key ? example` has no
 /// value, so both begin with `#`, as do all keys of a section that is missing.
-fn rendered(template: &str, values: &Table, examples: &Table) -> String {
+fn rendered(template: &str, values: &Table) -> String {
     let mut text = String::new();
     let (mut section, mut missing) = (Vec::new(), false);
     for line in template.lines() {
@@ -111,7 +102,7 @@ fn rendered(template: &str, values: &Table, examples: &Table) -> String {
             let path: Vec<&str> = section.iter().copied().chain([key]).collect();
             let value = at(values, &path);
             let hidden = missing || mark == Some("~") || value.is_none();
-            let shown = value.or_else(|| at(examples, &path)).map_or_else(
+            let shown = value.map_or_else(
                 || words.next().unwrap_or_default().to_owned(),
                 ToString::to_string,
             );

@@ -9,12 +9,11 @@ use crate::limits::{
 
 /// Keys of numbers that are not merely positive. All others that may have a fraction are [`POSITIVE_SETTING`]s, and all
 /// counts are [`COUNT_SETTING`]s.
-const RANGES: [(&str, Limit); 28] = [
+const RANGES: [(&str, Limit); 27] = [
     ("attempts", COUNT_SETTING),
     ("barrier", SETTING),
     ("ceiling", SETTING),
     ("coarse_iterations", COUNT_SETTING_OR_ZERO),
-    ("choice_rounds", COUNT_SETTING_OR_ZERO),
     ("energy_tolerance", SETTING),
     ("halvings", GRID_SETTING),
     ("highest", SETTING),

@@ -13,17 +13,15 @@ fn file(text: &str) -> (tempfile::TempDir, PathBuf) {
     (folder, path)
 }
 
-fn all() -> Vec<ConfigurationFile<'static>> {
-    let presets = ["closed", "four_points", "paper", "released"];
-    let mut all: Vec<_> = presets.map(ConfigurationFile::Synth).into();
-    all.extend([
+fn all() -> [ConfigurationFile; 6] {
+    [
+        ConfigurationFile::Synth,
         ConfigurationFile::Build,
         ConfigurationFile::Surface,
         ConfigurationFile::Stability(Protocol::Drop(Drop::default())),
         ConfigurationFile::Stability(Protocol::SixDirections(SixDirections::default())),
         ConfigurationFile::Stability(Protocol::SixDirections(SixDirections::rigid())),
-    ]);
-    all
+    ]
 }
 
 /// The paths of all keys that are not sections.
@@ -31,8 +29,7 @@ fn keys(table: &Table) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     for (key, value) in table {
         match value {
-            // The unit of an energy is a table of one number.
-            Value::Table(under) if key != "unit" => {
+            Value::Table(under) => {
                 found.extend(keys(under).iter().map(|under| format!("{key}.{under}")));
             }
             _ => {
@@ -54,7 +51,7 @@ fn shown(text: &str) -> String {
 
 fn settings_of_build(energy: &EnergySettings) -> GraspMapSettings {
     GraspMapSettings {
-        map: map_of(energy, 7.0),
+        map: map_of(energy),
         temperature: None,
         force: None,
         choice: ChoiceSettings::default(),
@@ -63,11 +60,11 @@ fn settings_of_build(energy: &EnergySettings) -> GraspMapSettings {
 }
 
 /// What a text means to the program, as a table, whatever reads it.
-fn read(of: &ConfigurationFile<'_>, text: &str) -> Result<Table, String> {
+fn read(of: &ConfigurationFile, text: &str) -> Result<Table, String> {
     let (_folder, path) = file(text);
     let told = |error: &dyn std::error::Error| crate::printable::sentence(error);
     match of {
-        ConfigurationFile::Synth(_) => {
+        ConfigurationFile::Synth => {
             let found = Experiment::read(&path).map_err(|error| told(&error))?;
             Ok(plain(&found))
         }
@@ -104,10 +101,10 @@ fn read(of: &ConfigurationFile<'_>, text: &str) -> Result<Table, String> {
 #[test]
 fn printed_files_give_the_defaults() {
     for of in all() {
-        let text = of.text().unwrap();
+        let text = of.text();
         let found = read(&of, &text).unwrap();
         let usual = match &of {
-            ConfigurationFile::Synth(preset) => plain(&Experiment::preset(preset).unwrap()),
+            ConfigurationFile::Synth => plain(&Experiment::default()),
             _ => read(
                 &of,
                 if matches!(of, ConfigurationFile::Stability(_)) {
@@ -123,25 +120,19 @@ fn printed_files_give_the_defaults() {
             assert_eq!(found, plain(protocol));
         }
     }
-    let (_folder, path) = file(&ConfigurationFile::Build.text().unwrap());
-    for energy in [
-        EnergySettings::four_points(),
-        EnergySettings::paper(),
-        EnergySettings::closed(),
-    ] {
-        let usual = settings_of_build(&energy);
-        let found = usual.clone().with_file(&path).unwrap();
-        assert_eq!(found.map, usual.map);
-    }
+    let (_folder, path) = file(&ConfigurationFile::Build.text());
+    let usual = settings_of_build(&EnergySettings::default());
+    let found = usual.clone().with_file(&path).unwrap();
+    assert_eq!(found.map, usual.map);
 }
 
 /// Every key of the settings is in its template with a comment above it, and every key of the template exists.
 #[test]
 fn templates_explain_every_key() {
     for of in all() {
-        let text = of.text().unwrap();
+        let text = of.text();
         let told: Table = toml::from_str(&shown(&text)).unwrap();
-        let mut known = keys(&of.values().unwrap());
+        let mut known = keys(&of.values());
         let told = keys(&told);
         known.extend(
             told.iter()
@@ -150,8 +141,6 @@ fn templates_explain_every_key() {
                     let tried = ["choice.temperatures", "choice.forces", "choice.pairs"];
                     without_value.contains(&key.rsplit('.').next().unwrap_or_default())
                         || tried.contains(&key.as_str())
-                        || key.contains("layer.")
-                        || key.contains("grips.")
                 })
                 .cloned(),
         );
@@ -182,33 +171,18 @@ fn others(key: &str, value: &Value) -> Vec<Value> {
                 Value::Array(scaled.collect())
             })
             .into(),
-        Value::String(_) if key == "unit" => {
-            vec![Value::Table(Table::from_iter([(
-                "metres".to_owned(),
-                Value::from(0.1),
-            )]))]
-        }
         Value::String(_) => {
             let words: &[&str] = match key {
-                "candidates" => &["fingertips", "all"],
                 "search" => &["adelm"],
-                "force_closure_form" | "distance_form" => &["square", "norm"],
-                "rank_form" => &["sum", "least"],
-                "prior_form" => &["norm", "standard_scores", "quadratic"],
-                "sampler" => &["annealed", "descent", "released"],
-                "start" => &["gaussian", "surface"],
-                "contact_moves" => &["uniform", "heat_bath"],
-                "step_scales" => &["metric", "levers"],
-                "refinement" => &["held", "noisy", "pressed", "none", "quench"],
                 "method" | "paths" => &["band"],
                 "worst" => &["chain", "saddle"],
                 "combine" => &["average", "minimum"],
-                "preset" | "protocol" => &[],
+                "protocol" => &[],
                 other => panic!("no other value of {other} is known"),
             };
             words.iter().map(|word| Value::from(*word)).collect()
         }
-        Value::Table(_) | Value::Datetime(_) => vec![Value::from("object_radius")],
+        Value::Table(_) | Value::Datetime(_) => Vec::new(),
     }
 }
 
@@ -229,14 +203,13 @@ fn set(table: &mut Table, path: &[&str], value: Value) {
 #[test]
 fn every_key_can_be_changed() {
     for of in all() {
-        let text = of.text().unwrap();
+        let text = of.text();
         let whole: Table = toml::from_str(&shown(&text)).unwrap();
-        let preset = at(&whole, &["preset"]).cloned();
         let protocol = at(&whole, &["protocol"]).cloned();
         for key in keys(&whole) {
             let path: Vec<&str> = key.split('.').collect();
             let name = path[path.len() - 1];
-            if ["preset", "protocol"].contains(&name) {
+            if name == "protocol" {
                 continue;
             }
             let before = at(&whole, &path).unwrap();
@@ -245,10 +218,8 @@ fn every_key_can_be_changed() {
                 .filter(|value| value != before)
                 .map(|value| {
                     let mut given = Table::new();
-                    for (key, value) in [("preset", &preset), ("protocol", &protocol)] {
-                        if let Some(value) = value {
-                            given.insert(key.to_owned(), value.clone());
-                        }
+                    if let Some(protocol) = &protocol {
+                        given.insert("protocol".to_owned(), protocol.clone());
                     }
                     // A protocol has the three numbers of its friction, or none.
                     if let ["friction", _] = path.as_slice() {
@@ -355,7 +326,7 @@ fn scales_of_a_file_replace_those_that_were_measured() {
 
 #[test]
 fn what_is_tried_for_the_chains_can_be_set() {
-    let usual = settings_of_build(&EnergySettings::closed());
+    let usual = settings_of_build(&EnergySettings::default());
     let (_folder, path) = file("[choice]\ntemperatures = [0.02, 0.01]\npairs = 3\n");
     let found = usual.clone().with_file(&path).unwrap().choice;
     assert_eq!(found.temperatures, Some(vec![0.02, 0.01]));

@@ -7,12 +7,12 @@ use serde_json::{Value, json};
 
 use super::labels::{Key, labels};
 use super::pack::Pack;
-use super::touch::{contact_set, epsilon_of, packed, touches};
+use super::touch::{epsilon_of, packed, touches};
 use super::ways::{Ways, copy};
 use super::{Scenes, hand, subject, surface, tree, trust};
-use crate::energy::Energy;
+use crate::energy::{Energy, Explain};
 use crate::evaluation::taxonomy::Rule;
-use crate::grasp::GraspEnergy;
+use crate::grasp::{Grasp, GraspEnergy};
 use crate::hand::Hand;
 use crate::object::Object;
 use crate::store::{LandscapeFiles, MinimumRow};
@@ -143,7 +143,7 @@ impl PageLandscape<'_> {
             "term_names": energy.term_names(),
             "ways": ways.packed(files, space, Some(&energy), pack),
             "stable": pack.bytes(files.minima.iter().map(|row| self.stability(row))),
-            "friction": energy.settings().layer.map(|layer| layer.friction),
+            "friction": energy.settings().layer.friction,
         });
         let measured = measured(files, &energy, &ways, pack);
         let labels = labels(&named, pack);
@@ -229,10 +229,10 @@ fn measured(
     let most = TOUCHES[usize::from(files.minima.len() > MANY)];
     let rows: Vec<_> = (files.minima.par_iter().zip(&ways.minima))
         .map(|(row, turned)| {
-            let set = contact_set(energy, &row.coordinates, &row.choice);
-            let terms = energy.terms_of(&row.coordinates, &set.contacts).into_iter();
+            let set = Grasp::best(energy, row.coordinates.clone());
+            let terms = energy.terms(&row.coordinates).into_iter();
             let terms: Vec<f64> = terms.map(|(_, value)| value).collect();
-            let shown = contact_set(energy, turned, &set.contacts);
+            let shown = Grasp::new(turned.clone(), set.contacts.clone());
             (
                 terms,
                 epsilon_of(energy, &set),

@@ -19,17 +19,8 @@ pub(super) struct Touch {
     point: Vector3<f64>,
     /// Inward unit normal of the object.
     inward: Vector3<f64>,
-    /// How much it carries, 0 to 1; 1 for a point of a contact set.
+    /// How much it carries, 0 to 1.
     load: f64,
-}
-
-/// The contact set of a pose: the given one, or the best one if none is given.
-pub(super) fn contact_set(energy: &GraspEnergy, x: &[f64], choice: &[u32]) -> Grasp {
-    if choice.is_empty() {
-        Grasp::best(energy, x.to_vec())
-    } else {
-        Grasp::new(x.to_vec(), choice.to_vec())
-    }
 }
 
 /// The Ferrari–Canny ε of a contact set, as `grasps.parquet` has it.
@@ -43,17 +34,11 @@ pub(super) fn epsilon_of(energy: &GraspEnergy, grasp: &Grasp) -> f64 {
     epsilon(&contacts, &settings).value
 }
 
-/// At most `most` places where the hand touches, the strongest ones: spheres of the elastic layer that carry, or else the
-/// points of the contact set.
+/// At most `most` places where the hand touches, the strongest ones: spheres of the elastic layer that carry.
 pub(super) fn touches(energy: &GraspEnergy, grasp: &Grasp, most: usize) -> Vec<Touch> {
     let mut posed = PosedHand::default();
     energy.hand().pose(&grasp.pose, &mut posed);
-    let mut touches = match energy.settings().layer {
-        Some(_) => of_layer(energy, &posed),
-        None => (grasp.contacts.iter())
-            .map(|point| (posed.points[*point as usize], 1.0))
-            .collect(),
-    };
+    let mut touches = of_layer(energy, &posed);
     touches.sort_by(|a, b| b.1.total_cmp(&a.1));
     touches.truncate(most);
     let exact = &energy.object().exact;
@@ -71,9 +56,7 @@ pub(super) fn touches(energy: &GraspEnergy, grasp: &Grasp, most: usize) -> Vec<T
 
 fn of_layer(energy: &GraspEnergy, posed: &PosedHand) -> Vec<(Vector3<f64>, f64)> {
     let (layer, object) = (energy.layer(), energy.object());
-    let Some(settings) = energy.settings().layer else {
-        return Vec::new();
-    };
+    let settings = energy.settings().layer;
     let near = layer.near(posed, object.shape.as_ref(), settings.carrying_m());
     let carrying = near.iter().filter_map(|found| {
         let sphere = &layer.spheres[found.sphere as usize];

@@ -12,9 +12,8 @@ use crate::topography::view::{View, grouped, restricted};
 use crate::topography::{Attempts, Evidence, MinimumId, Network, Searched, Tree};
 
 /// Names of the kinds of evidence, by their number in the arrays.
-pub(super) const EVIDENCE: [Evidence; 6] = [
+pub(super) const EVIDENCE: [Evidence; 5] = [
     Evidence::Saddle,
-    Evidence::Seam,
     Evidence::Given,
     Evidence::Path,
     Evidence::Chain,

@@ -4,9 +4,8 @@ use serde_json::{Value, json};
 
 use crate::printable::counted;
 use crate::store::{LandscapeFiles, Manifest};
-use crate::study::median;
 use crate::study::uncertainty::share_known;
-use crate::topography::{Attempts, Evidence, Node, Searched, Tree};
+use crate::topography::{Attempts, Evidence, Searched, Tree};
 
 /// A merge is well supported if the chance that a lower way exists is at most 1 − this.
 const WELL: f64 = 0.95;
@@ -39,7 +38,6 @@ pub(super) fn statements(files: &LandscapeFiles, tree: &Tree, attempts: &Attempt
     statements.extend(supported(tree, attempts));
     statements.extend(unseen(manifest));
     statements.extend(searched(manifest));
-    statements.extend(hovering(manifest, tree));
     statements.extend(apart(tree));
     statements.extend(notes(&manifest.warnings));
     told(statements)
@@ -75,10 +73,7 @@ fn passes(tree: &Tree) -> Option<Statement> {
         return None;
     }
     let of = |kinds: &[Evidence]| merges.iter().filter(|kind| kinds.contains(kind)).count();
-    let (verified, given) = (
-        of(&[Evidence::Saddle, Evidence::Seam]),
-        of(&[Evidence::Given]),
-    );
+    let (verified, given) = (of(&[Evidence::Saddle]), of(&[Evidence::Given]));
     let (relaxed, bounds) = (
         of(&[Evidence::Path]),
         of(&[Evidence::Chain, Evidence::None]),
@@ -266,50 +261,6 @@ fn searched(manifest: &Manifest) -> Option<Statement> {
     })
 }
 
-/// What hovering off the object costs, the scale of barriers. It asks for caution by the rule of the program's note: if a hand
-/// farther off costs less than the median merge depth.
-fn hovering(manifest: &Manifest, tree: &Tree) -> Option<Statement> {
-    let costs = manifest.findings.get("hover_cost")?.as_array()?;
-    let cost = costs.first()?;
-    let middle = cost["quartiles"][1].as_f64()?;
-    let clearance_mm = 1e3 * cost["clearance_m"].as_f64()?;
-    let farther = costs.get(1).and_then(|cost| cost["quartiles"][1].as_f64());
-    let cheap = farther.zip(median(depths(tree)));
-    let cheap = cheap.is_some_and(|(cost, depth)| cost < depth);
-    let meaning = match manifest.letting_go {
-        Some(cost) => format!(
-            "The elastic layer of this energy reaches farther than that, so the hand still holds weakly; a hand that has let \
-             go has {cost:.3} more. For a pass that is higher than the first number, see what happens on the way."
-        ),
-        None => "Such a hand touches nothing. A pass that is higher than that may be crossed by letting go and grasping again, \
-                 so compare heights with this number."
-            .to_owned(),
-    };
-    Some(Statement {
-        tone: if cheap { "care" } else { "good" },
-        short: format!("{clearance_mm:.0} mm off the object: {middle:.2} more energy"),
-        long: format!(
-            "A hand {clearance_mm:.0} mm off the object has {middle:.3} more energy than one that holds it (median over the \
-             minima). {meaning}"
-        ),
-    })
-}
-
-/// By how much the merges lie above the lowest minima of their branches, except for the lowest branch.
-fn depths(tree: &Tree) -> Vec<f64> {
-    let lowest = tree.fold(|node, branches: &[f64]| {
-        let least = branches.iter().copied().reduce(f64::min);
-        least.unwrap_or(tree.nodes[node.0].energy)
-    });
-    let of_merge = |node: &Node| {
-        let mut below: Vec<f64> = node.children.iter().map(|child| lowest[child.0]).collect();
-        below.sort_by(f64::total_cmp);
-        let height = node.energy;
-        below.into_iter().skip(1).map(move |least| height - least)
-    };
-    tree.nodes.iter().flat_map(of_merge).collect()
-}
-
 fn apart(tree: &Tree) -> Option<Statement> {
     let parts = tree.roots.len();
     (parts > 1).then(|| Statement {
@@ -325,24 +276,7 @@ fn apart(tree: &Tree) -> Option<Statement> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::topography::NodeId;
-
-    /// Three minima at 0, 1 and 3; the latter two merge at 4, and the first joins them at 9.
-    #[test]
-    fn depths_are_measured_from_the_higher_branches() {
-        let node = |energy: f64, children: &[usize]| Node {
-            energy,
-            minimum: None,
-            children: children.iter().copied().map(NodeId).collect(),
-            parent: None,
-            evidence: Evidence::Saddle,
-        };
-        let leaves = [0.0, 1.0, 3.0].map(|energy| node(energy, &[]));
-        let mut nodes = leaves.to_vec();
-        nodes.extend([node(4.0, &[2, 1]), node(9.0, &[0, 3])]);
-        let roots = vec![NodeId(4)];
-        assert_eq!(depths(&Tree { nodes, roots }), [1.0, 8.0]);
-    }
+    use crate::topography::Node;
 
     /// Nothing of an imported landscape was verified.
     #[test]
@@ -384,7 +318,7 @@ mod tests {
             let told = passes(&tree).unwrap();
             (told.tone, told.short, told.long)
         };
-        let (tone, short, long) = of(&[Evidence::Saddle, Evidence::Seam, Evidence::Path]);
+        let (tone, short, long) = of(&[Evidence::Saddle, Evidence::Saddle, Evidence::Path]);
         assert_eq!((tone, short.as_str()), ("good", "2 of 3 passes verified"));
         assert!(long.contains("2 of the 3 passes are verified"), "{long}");
         assert!(

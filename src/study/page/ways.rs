@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::pack::{Pack, Texts};
 use super::tree::number;
-use crate::energy::Piecewise;
+use crate::energy::Explain;
 use crate::grasp::GraspEnergy;
 use crate::space::Space;
 use crate::store::{LandscapeFiles, PathPoint};
@@ -196,13 +196,7 @@ impl<'a> Ways<'a> {
             return (rows.iter().map(|row| row.energy).collect(), Vec::new());
         };
         let explained = rows.par_iter().map(|row| {
-            let x = &row.coordinates;
-            let choice = if row.choice.is_empty() {
-                energy.active_piece(x)
-            } else {
-                row.choice.clone()
-            };
-            let terms = energy.terms_of(x, &choice).into_iter();
+            let terms = energy.terms(&row.coordinates).into_iter();
             terms.map(|(_, value)| value).collect::<Vec<f64>>()
         });
         let explained: Vec<Vec<f64>> = explained.collect();

@@ -315,7 +315,7 @@ impl LandscapeBuilder<'_> {
         let network = self.network();
         if self.roughness() > 0.0 {
             let mut pairs = self.decisive(&network);
-            pairs.retain(|pair| self.best[pair].edge.evidence > Evidence::Seam);
+            pairs.retain(|pair| self.best[pair].edge.evidence > Evidence::Saddle);
             return pairs;
         }
         spanning_forest(&network, Evidence::Chain)

@@ -246,7 +246,6 @@ impl LandscapeBuilder<'_> {
         for minimum in &self.minima {
             network.add_node(Minimum {
                 coordinates: Vec::new(),
-                choice: Vec::new(),
                 members: Vec::new(),
                 ..*minimum
             });
@@ -406,7 +405,6 @@ impl LandscapeBuilder<'_> {
         let here = Minimum {
             coordinates: end.x,
             energy: end.energy,
-            choice: Vec::new(),
             members: Vec::new(),
         };
         self.descend_between(&points[..=middle], (ends.0, &here), halvings - 1, way);

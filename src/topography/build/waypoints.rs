@@ -36,7 +36,6 @@ fn bare(minimum: &Minimum) -> Minimum {
     Minimum {
         coordinates: Vec::new(),
         energy: minimum.energy,
-        choice: Vec::new(),
         members: Vec::new(),
     }
 }
@@ -60,7 +59,6 @@ impl LandscapeBuilder<'_> {
         self.waypoints.minima.push(Minimum {
             coordinates: x.to_vec(),
             energy,
-            choice: Vec::new(),
             members: Vec::new(),
         });
         self.minima.len() + self.waypoints.minima.len() - 1

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::{Database, Vibrations};
 use crate::energy::Energy;
-use crate::topography::eigen::Piece;
+use crate::topography::eigen::Scaled;
 use crate::topography::landscape::Landscape;
 use crate::topography::network::Evidence;
 
@@ -15,7 +15,7 @@ use crate::topography::network::Evidence;
 /// # Panics
 /// If `x` has the wrong length.
 pub fn curvatures(energy: &dyn Energy, x: &[f64], difference: f64) -> Option<Vec<f64>> {
-    let modes = Piece::plain(energy, Vec::new()).modes(x, difference)?;
+    let modes = Scaled::plain(energy).modes(x, difference)?;
     Some(modes.curvatures)
 }
 
@@ -24,20 +24,16 @@ impl Database {
     ///
     /// `difference` is the step of finite differences, a length of the space. A curvature of smaller size than the accuracy
     /// of its Hessian counts as that accuracy. As many curvatures as vanish everywhere (a symmetry of the object, for example)
-    /// are left out everywhere. Passes that are no verified saddles have no vibrational data, nor has any point of an energy
-    /// with seams.
+    /// are left out everywhere. Passes that are no verified saddles have no vibrational data.
     pub fn from_landscape(energy: &dyn Energy, landscape: &Landscape, difference: f64) -> Self {
         let mut database = Self::from_network(&landscape.network);
-        if energy.piecewise().is_some() {
-            return database;
-        }
-        let piece = |x: &[f64]| {
-            let modes = Piece::plain(energy, Vec::new()).modes(x, difference)?;
+        let curvatures = |x: &[f64]| {
+            let modes = Scaled::plain(energy).modes(x, difference)?;
             let flat = modes.flat();
             Some((modes.curvatures, flat))
         };
         let minima: Vec<_> = (landscape.network.raw_nodes().par_iter())
-            .map(|node| piece(&node.weight.coordinates))
+            .map(|node| curvatures(&node.weight.coordinates))
             .collect();
         let edges: Vec<_> = (landscape.network.edge_references())
             .filter(|edge| edge.weight().height.is_finite())
@@ -51,7 +47,7 @@ impl Database {
                 let path = &landscape.connections.get(edge.id().index())?.path;
                 let heights = path.energies.iter().enumerate();
                 let (top, _) = heights.max_by(|a, b| a.1.total_cmp(b.1))?;
-                piece(&path.images[top])
+                curvatures(&path.images[top])
             })
             .collect();
         let zero = minima.iter().flatten().map(|(curvatures, flat)| {

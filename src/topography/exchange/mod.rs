@@ -218,7 +218,6 @@ impl Database {
             network.add_node(Minimum {
                 coordinates: Vec::new(),
                 energy: minimum.energy,
-                choice: Vec::new(),
                 members: vec![row],
             });
         }

@@ -6,8 +6,6 @@
 //! B. P. Uberuaga and H. Jónsson, J. Chem. Phys. 113, 9901 (2000)). Both use the upwind tangent of G. Henkelman and H.
 //! Jónsson, J. Chem. Phys. 113, 9978 (2000).
 
-use std::sync::Arc;
-
 use super::settings::{BandSettings, PathMethod};
 use super::{Path, between, near, spread_by};
 use crate::energy::Energy;
@@ -30,8 +28,6 @@ pub(super) struct Manner {
     pub(super) band: BandSettings,
     /// Longest step of an image in an iteration.
     pub(super) longest: f64,
-    /// Energy above which images need not be evaluated exactly.
-    pub(super) ceiling: f64,
 }
 
 /// Images joined by geodesics. The ends and the pinned images are fixed.
@@ -41,8 +37,6 @@ pub(super) struct Manner {
 #[derive(Clone)]
 pub(super) struct Images<'e> {
     energy: &'e dyn Energy,
-    /// The energy with a cache for each image, if it supports one.
-    local: Vec<Option<Arc<dyn Energy + 'e>>>,
     scales: Vec<f64>,
     pub(super) manner: Manner,
     pub(super) path: Path,
@@ -69,7 +63,6 @@ impl<'e> Images<'e> {
         let shares = vec![1.0; segments];
         let mut images = Self {
             energy,
-            local: Vec::new(),
             scales: space.step_scales(),
             manner,
             path: Path::default(),
@@ -91,17 +84,11 @@ impl<'e> Images<'e> {
     }
 
     fn push(&mut self, x: Vec<f64>) {
-        let local: Option<Arc<dyn Energy + 'e>> = self.energy.with_cache().map(Arc::from);
         let mut gradient = vec![0.0; self.scales.len()];
-        let energy = local
-            .as_deref()
-            .unwrap_or(self.energy)
-            .evaluate_roughly_above(&x, &mut gradient, self.manner.ceiling)
-            .0;
+        let energy = self.energy.evaluate(&x, &mut gradient);
         self.path.images.push(x);
         self.path.energies.push(energy);
         self.gradients.push(gradient);
-        self.local.push(local);
         self.pinned.push(false);
         self.fire
             .push(Fire::new(self.scales.len(), self.manner.longest));
@@ -154,7 +141,6 @@ impl<'e> Images<'e> {
         let space = self.energy.space();
         let mut tangent = vec![0.0; self.scales.len()];
         let mut finer = Self {
-            local: Vec::new(),
             scales: self.scales.clone(),
             path: Path::default(),
             gradients: Vec::new(),
@@ -169,8 +155,8 @@ impl<'e> Images<'e> {
             .into_iter()
             .zip(self.path.energies)
             .zip(self.gradients.into_iter().zip(self.pinned))
-            .zip(self.local.into_iter().zip(self.fire));
-        for (i, (((x, energy), (gradient, pinned)), (local, fire))) in old.enumerate() {
+            .zip(self.fire);
+        for (i, (((x, energy), (gradient, pinned)), fire)) in old.enumerate() {
             if let Some(before) = i.checked_sub(1) {
                 let last = finer.path.images.len() - 1;
                 finer.push(between(
@@ -191,7 +177,6 @@ impl<'e> Images<'e> {
             finer.path.images.push(x);
             finer.path.energies.push(energy);
             finer.gradients.push(gradient);
-            finer.local.push(local);
             finer.pinned.push(pinned);
             finer.fire.push(fire);
         }
@@ -202,7 +187,6 @@ impl<'e> Images<'e> {
         self.path.images.pop();
         self.path.energies.pop();
         self.gradients.pop();
-        self.local.pop();
         self.pinned.pop();
         self.fire.pop();
     }
@@ -361,9 +345,7 @@ impl<'e> Images<'e> {
                 continue;
             }
             let mut gradient = vec![0.0; self.scales.len()];
-            let local = self.local[i].as_deref().unwrap_or(self.energy);
-            let ceiling = self.manner.ceiling;
-            let (energy, _) = local.evaluate_roughly_above(&image, &mut gradient, ceiling);
+            let energy = self.energy.evaluate(&image, &mut gradient);
             if energy.is_finite() || !self.path.energies[i].is_finite() {
                 self.path.images[i] = image;
                 self.path.energies[i] = energy;
@@ -436,7 +418,6 @@ mod tests {
                 ..BandSettings::for_scales(50.0, 1.0)
             },
             longest: 0.05,
-            ceiling: f64::INFINITY,
         };
         Images::new(energy, &ENDS.map(|end| end.to_vec()), 12, manner)
     }

@@ -1,21 +1,16 @@
-//! Lowers the top of a path over a kinked energy, seam by seam.
+//! Lowers the top of a path.
 //!
-//! If the kinks of an envelope E = min over pieces are close together, a string never converges, because its images switch
-//! from piece to piece. Such a path is a sequence of pieces, and its height is decided where it changes from one piece to
-//! the next: between two crossings, a straight line through one smooth piece rises little above its ends. The crossing of
-//! two pieces can descend along their seam independently of the rest of the path. So the highest crossing is moved down its
-//! seam until it converges or a third piece is lower than both. The path then goes through that piece, and its top is one
-//! of the two new seams. A move counts only if the highest point of the path falls.
+//! A stiff surface bends its valleys, so the straight line between two images of a string lies far above the valley. The top
+//! of such a path is moved down across the path, and the path follows it. A move counts only if the highest point of the path
+//! falls.
 
-use std::cell::OnceCell;
-
+use super::across::descend_across;
 use super::pass::{Pass, Peak};
-use super::seam::{Sheet, slide};
-use super::{Path, PathSettings, SeamSettings, near};
+use super::{LoweringSettings, Path, PathSettings, near};
 use crate::energy::Energy;
 use crate::space::Space;
 use crate::space::vector::{dot, norm, scale};
-use crate::topography::eigen::Piece;
+use crate::topography::eigen::Scaled;
 
 const GOLDEN: f64 = 0.381_966_011_250_105;
 /// Golden-section probes between two nodes.
@@ -27,31 +22,22 @@ const TRIALS: usize = 4;
 const SHORTER: f64 = 0.4;
 /// Distance over which the neighbours of the top follow it, in lengths of its move.
 const WIDTH: f64 = 4.0;
-/// Thresholds, as fractions of the energy tolerance: by how much a third piece must undercut a seam, by how much two pieces
-/// may differ on it, and by how much a top must fall.
-const UNDERCUT: f64 = 0.05;
+/// Thresholds, as fractions of the energy tolerance: by how much the energy may rise in a step of a move, and by how much a
+/// top must fall.
 const TIE: f64 = 1e-3;
 const GAIN: f64 = 1e-3;
-/// Height above the ends from which choices are not proven optimal, in units of the height at which evaluations become
-/// rough. Without proofs just above that, a few tops stay too high; with proofs everywhere, a map takes 50 % longer.
-const HOPELESS: f64 = 4.0;
 
 #[derive(Clone)]
 struct Node {
     x: Vec<f64>,
     energy: f64,
     gradient: Vec<f64>,
-    choice: OnceCell<Vec<u32>>,
 }
 
-/// A polygon through the pieces of a kinked energy.
-struct Kinked<'e> {
+/// A polygon of closely spaced points.
+struct Polygon<'e> {
     energy: &'e dyn Energy,
     settings: &'e PathSettings,
-    /// Energy above which evaluations are rough.
-    ceiling: f64,
-    /// Energy above which choices are not proven optimal.
-    hopeless: f64,
     /// Greatest distance between nodes.
     spacing: f64,
     /// Smallest fall of the top that counts.
@@ -63,8 +49,6 @@ struct Top {
     segment: usize,
     energy: f64,
     x: Vec<f64>,
-    /// Nearby points of the path before and after it.
-    sides: [Vec<f64>; 2],
 }
 
 /// A path whose top was lowered as far as possible.
@@ -81,19 +65,19 @@ pub(super) fn lower(
     images: &[Vec<f64>],
     floor: f64,
     settings: &PathSettings,
-    seams: &SeamSettings,
+    lowering: &LoweringSettings,
 ) -> Option<Lowered> {
-    let mut path = Kinked::new(energy, images, seams.spacing, floor, settings);
+    let mut path = Polygon::new(energy, images, lowering.spacing, settings);
     let mut top = path.top(f64::INFINITY)?;
-    path.lower(&mut top, seams.moves);
+    path.lower(&mut top, lowering.moves);
     let mut relaxed = false;
-    for halving in 1..=seams.halvings {
-        path.spacing = seams.spacing * 0.5_f64.powi(i32::try_from(halving).unwrap_or(i32::MAX));
+    for halving in 1..=lowering.halvings {
+        path.spacing = lowering.spacing * 0.5_f64.powi(i32::try_from(halving).unwrap_or(i32::MAX));
         path.refine();
         let before = top.energy;
         top = path.top(f64::INFINITY)?;
         let change = top.energy - before;
-        let rests = path.lower(&mut top, seams.moves);
+        let rests = path.lower(&mut top, lowering.moves);
         relaxed = rests && change.abs() <= settings.slack(top.energy - floor);
         if relaxed {
             break;
@@ -113,30 +97,27 @@ pub(super) fn over(
     pass: &Pass,
     floor: f64,
     settings: &PathSettings,
-    seams: &SeamSettings,
+    lowering: &LoweringSettings,
 ) -> Option<Path> {
     let mut images = path.images.clone();
     images[path.top()].clone_from(&pass.x);
-    let spacing = 0.5 * seams.spacing;
-    let polygon = Kinked::new(energy, &images, spacing, floor, settings);
+    let spacing = 0.5 * lowering.spacing;
+    let polygon = Polygon::new(energy, &images, spacing, settings);
     let top = polygon.top(f64::INFINITY)?;
     let slack = settings.slack(pass.energy - floor);
     (top.energy <= pass.energy + slack).then(|| polygon.path(&top))
 }
 
-impl<'e> Kinked<'e> {
+impl<'e> Polygon<'e> {
     fn new(
         energy: &'e dyn Energy,
         images: &[Vec<f64>],
         spacing: f64,
-        floor: f64,
         settings: &'e PathSettings,
     ) -> Self {
         let mut path = Self {
             energy,
             settings,
-            ceiling: floor + settings.exact_below,
-            hopeless: floor + HOPELESS * settings.exact_below,
             spacing,
             gain: GAIN * settings.energy_tolerance,
             nodes: Vec::new(),
@@ -174,31 +155,12 @@ impl<'e> Kinked<'e> {
 
     fn node(&self, x: Vec<f64>) -> Node {
         let mut gradient = vec![0.0; self.space().tangents()];
-        let (energy, choice) = self
-            .energy
-            .evaluate_roughly_above(&x, &mut gradient, self.ceiling);
+        let energy = self.energy.evaluate(&x, &mut gradient);
         Node {
             x,
             energy,
             gradient,
-            choice: if self.settled(energy) {
-                choice.into()
-            } else {
-                OnceCell::new()
-            },
         }
-    }
-
-    /// Whether to use the choice that came with this energy. Above the ceiling it may not be the best one, but far above it
-    /// the proof would take longer than everything else.
-    fn settled(&self, energy: f64) -> bool {
-        !(energy > self.ceiling && energy < self.hopeless)
-    }
-
-    /// The choice at `node`, computed on demand because proofs at high energies are slow.
-    fn choice<'n>(&self, node: &'n Node) -> &'n [u32] {
-        node.choice
-            .get_or_init(|| self.energy.active_piece(&node.x))
     }
 
     /// Adds nodes between those farther apart than the spacing.
@@ -295,7 +257,7 @@ impl<'e> Kinked<'e> {
         let space = self.space();
         let (from, to) = (&self.nodes[i], &self.nodes[i + 1]);
         let mut along = vec![0.0; space.tangents()];
-        let length = space.log_near(&from.x, &to.x, &mut along);
+        space.log_near(&from.x, &to.x, &mut along);
         let mut gradient = along.clone();
         let point = |s: f64| {
             let mut step = along.clone();
@@ -304,11 +266,7 @@ impl<'e> Kinked<'e> {
             space.exp(&mut x, &step);
             x
         };
-        let mut height = |s: f64| {
-            self.energy
-                .evaluate_roughly_above(&point(s), &mut gradient, self.ceiling)
-                .0
-        };
+        let mut height = |s: f64| self.energy.evaluate(&point(s), &mut gradient);
         let (mut low, mut middle, mut high) = (0.0, GOLDEN, 1.0);
         let mut value = height(middle);
         for _ in 0..PROBES {
@@ -329,49 +287,28 @@ impl<'e> Kinked<'e> {
                 *(if right { &mut high } else { &mut low }) = probe;
             }
         }
-        let (mut x, mut sides) = (point(middle), [point(low), point(high)]);
-        // If the path is highest at a node, the point after it lies on another segment.
-        let reach = (high - low) * length;
+        let mut x = point(middle);
         let last = self.nodes.len() - 1;
         if from.energy > value && i > 0 {
-            sides = [self.beside(i, i - 1, reach), point(high - low)];
             (x, value) = (from.x.clone(), from.energy);
         } else if to.energy > value && i + 1 < last {
-            sides = [point(1.0 - (high - low)), self.beside(i + 1, i + 2, reach)];
             (x, value) = (to.x.clone(), to.energy);
         }
         Top {
             segment: i,
             energy: value,
             x,
-            sides,
         }
     }
 
-    /// The point at distance `reach` from node `at` toward node `toward`.
-    fn beside(&self, at: usize, toward: usize, reach: f64) -> Vec<f64> {
-        let space = self.space();
-        let mut step = vec![0.0; space.tangents()];
-        let length = space.log_near(&self.nodes[at].x, &self.nodes[toward].x, &mut step);
-        scale(&mut step, (reach / length.max(f64::MIN_POSITIVE)).min(1.0));
-        let mut x = self.nodes[at].x.clone();
-        space.exp(&mut x, &step);
-        x
-    }
-
-    /// The end of a slide from `top` along its seam: converged, at a lower third piece, or at its greatest length.
-    fn slid(&self, top: &Top, choices: &[Vec<u32>; 2]) -> Vec<f64> {
+    /// The end of a descent from `top` across the path: converged, or at its greatest length.
+    fn slid(&self, top: &Top) -> Vec<f64> {
         let reach = 2.0 * self.settings.max_step;
-        let pieces = [0, 1].map(|side: usize| Piece::new(self.energy, choices[side].clone()));
-        let mut gradient = vec![0.0; self.space().tangents()];
-        let tangent = pieces[0].scaled(&self.peak(top).tangent);
-        let sheet = if choices[0] == choices[1] {
-            Sheet::Across(&pieces[0], &tangent)
-        } else {
-            Sheet::Seam([&pieces[0], &pieces[1]])
-        };
-        let found = slide(
-            &sheet,
+        let surface = Scaled::new(self.energy);
+        let tangent = surface.scaled(&self.peak(top).tangent);
+        descend_across(
+            &surface,
+            &tangent,
             &top.x,
             (
                 self.settings.force_tolerance,
@@ -379,47 +316,28 @@ impl<'e> Kinked<'e> {
             ),
             self.settings.max_step,
             self.settings.refinement_steps,
-            &mut |x, height| {
-                let undercut = height - UNDERCUT * self.settings.energy_tolerance;
-                self.energy.evaluate_below(x, &mut gradient, undercut) < undercut
-                    || near(self.space(), &top.x, x) > reach
-            },
-        );
-        found.x
+            &mut |x| near(self.space(), &top.x, x) > reach,
+        )
     }
 
-    /// The path with its section through the two pieces at `top` rerouted over `tip`; `None` if it reaches `limit`.
-    fn through_seam(
-        &self,
-        top: &Top,
-        choices: &[Vec<u32>; 2],
-        tip: &Node,
-        limit: f64,
-    ) -> Option<Self> {
-        let mut first = top.segment;
-        while first > 0 && self.choice(&self.nodes[first - 1]) == choices[0] {
-            first -= 1;
-        }
-        let last = self.nodes.len() - 1;
-        let mut end = (top.segment + 1).min(last);
-        while end < last && self.choice(&self.nodes[end + 1]) == choices[1] {
-            end += 1;
-        }
+    /// The straight lines from the ends to `tip`; `None` if they reach `limit`.
+    fn straight(&self, tip: &Node, limit: f64) -> Option<Self> {
         let low = |node: &Node| node.energy < limit;
-        if !low(&self.nodes[first]) || !low(&self.nodes[end]) {
+        let (first, last) = (&self.nodes[0], &self.nodes[self.nodes.len() - 1]);
+        if !low(first) || !low(last) {
             return None;
         }
         // From the tip down, because points that are too high are next to it.
         let below = |x| Some(self.node(x)).filter(low);
-        let down = self.between_ends(&self.nodes[first], tip).rev();
+        let down = self.between_ends(first, tip).rev();
         let down: Vec<Node> = down.map(below).collect::<Option<_>>()?;
-        let up = self.between_ends(tip, &self.nodes[end]);
+        let up = self.between_ends(tip, last);
         let up: Vec<Node> = up.map(below).collect::<Option<_>>()?;
-        let mut nodes = self.nodes[..=first].to_vec();
+        let mut nodes = vec![first.clone()];
         nodes.extend(down.into_iter().rev());
         nodes.push(tip.clone());
         nodes.extend(up);
-        nodes.extend_from_slice(&self.nodes[end..]);
+        nodes.push(last.clone());
         Some(self.with(nodes))
     }
 
@@ -480,14 +398,10 @@ impl<'e> Kinked<'e> {
 
     /// The path with its top moved down, by the longest of several moves that lowers it.
     ///
-    /// The section through the two pieces is rerouted over the new crossing, or its neighbours follow part of the move.
+    /// The path becomes straight lines to the moved top, or its neighbours follow part of the move.
     fn lowered(&self, top: &Top) -> Option<(Self, Top)> {
         let space = self.space();
-        let choices = [0, 1].map(|side: usize| {
-            let side = self.node(top.sides[side].clone());
-            self.choice(&side).to_vec()
-        });
-        let place = self.slid(top, &choices);
+        let place = self.slid(top);
         let mut move_by = vec![0.0; space.tangents()];
         let mut length = space.log_near(&top.x, &place, &mut move_by);
         for _ in 0..TRIALS {
@@ -498,7 +412,7 @@ impl<'e> Kinked<'e> {
             // Most trials fail, and a single high point is enough to reject one.
             if tip.energy < limit {
                 let straight = self
-                    .through_seam(top, &choices, &tip, limit)
+                    .straight(&tip, limit)
                     .and_then(|trial| trial.top(limit).map(|next| (trial, next)));
                 let limit = straight.as_ref().map_or(limit, |(_, next)| next.energy);
                 let dragged = self
@@ -528,7 +442,6 @@ impl<'e> Kinked<'e> {
             image: top.segment,
             x: top.x.clone(),
             energy: top.energy,
-            sides: top.sides.clone(),
             tangent,
         }
     }

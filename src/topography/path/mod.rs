@@ -3,12 +3,12 @@
 //! A path is relaxed as a string or as an elastic band ([`images`]), and its highest point is refined to a pass ([`pass`]).
 //! Descents from the pass decide the evidence ([`relax`]).
 
+mod across;
 mod images;
 mod lower;
 mod pass;
 mod relax;
 mod rough;
-mod seam;
 mod settings;
 mod tops;
 
@@ -16,7 +16,7 @@ pub use pass::Pass;
 pub(super) use pass::{descend, descend_one_way, leave_ridges};
 pub(super) use relax::relax;
 use serde::{Deserialize, Serialize};
-pub use settings::{BandSettings, PathMethod, PathSettings, SeamSettings};
+pub use settings::{BandSettings, LoweringSettings, PathMethod, PathSettings};
 pub(super) use tops::tops;
 
 use super::journal::bits;

@@ -3,16 +3,17 @@
 use serde::{Deserialize, Serialize};
 
 use super::images::Images;
-use super::seam::{Sheet, least_combination, slide};
 use super::{Path, PathSettings, between};
 use crate::energy::Energy;
 use crate::optimize::{Quench, QuenchSettings, StopReason, quench_traced};
 use crate::space::vector::{dot, norm, scale};
-use crate::topography::eigen::Piece;
+use crate::topography::eigen::Scaled;
 use crate::topography::follow::Following;
 use crate::topography::minima::MatchTolerance;
 
 const GOLDEN: f64 = 0.381_966_011_250_105;
+/// Golden-section probes for the top between images.
+const PROBES: usize = 4;
 /// How far the true top of a path may lie above its highest sample, relative to the barrier.
 const SAMPLING: f64 = 0.1;
 /// Number of first points of a descent that must stay on their side of the pass.
@@ -24,16 +25,14 @@ const CAREFUL: usize = 20;
 /// Greatest number of saddles at which a descent goes on.
 const MOST_RIDGES: usize = 3;
 
-/// A stationary point where a path may cross from one basin to another: an index-1 saddle, or the lowest point of a seam.
+/// A stationary point where a path may cross from one basin to another: an index-1 saddle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Pass {
     /// Coordinates of the pass.
     pub x: Vec<f64>,
     /// Its energy.
     pub energy: f64,
-    /// Whether it is on a seam, where two discrete choices have the same energy.
-    pub seam: bool,
-    /// Gradient norm (on a seam: of the least convex combination of both gradients), energy per length.
+    /// Gradient norm, energy per length.
     pub residual: f64,
     /// The descents on both sides, from the pass to their ends.
     pub descents: [Path; 2],
@@ -45,8 +44,6 @@ pub(super) struct Peak {
     pub(super) image: usize,
     pub(super) x: Vec<f64>,
     pub(super) energy: f64,
-    /// Nearby points of the path before and after it.
-    pub(super) sides: [Vec<f64>; 2],
     pub(super) tangent: Vec<f64>,
 }
 
@@ -89,24 +86,16 @@ impl Peak {
                 )
             }
         };
-        // A smooth maximum is easy to find. One at a kink must be bracketed closely, to see which choices meet there.
-        let probes = if energy.active_piece(&path.images[0]).is_empty() {
-            4
-        } else {
-            12
-        };
         let (mut low, mut middle, mut high) = (-1.0, 0.0, 1.0);
         let mut best = path.energies[top];
-        for _ in 0..probes {
+        for _ in 0..PROBES {
             let right = high - middle > middle - low;
             let probe = if right {
                 middle + GOLDEN * (high - middle)
             } else {
                 middle - GOLDEN * (middle - low)
             };
-            let height = energy
-                .evaluate_roughly_above(&point(probe), &mut gradient, images.manner.ceiling)
-                .0;
+            let height = energy.evaluate(&point(probe), &mut gradient);
             if height > best && height.is_finite() {
                 *(if right { &mut low } else { &mut high }) = middle;
                 (middle, best) = (probe, height);
@@ -114,28 +103,19 @@ impl Peak {
                 *(if right { &mut high } else { &mut low }) = probe;
             }
         }
-        let (x, sides) = (point(middle), [point(low), point(high)]);
         Some(Self {
             image: top,
-            x,
+            x: point(middle),
             energy: best,
-            sides,
             tangent: images.tangent(top),
         })
     }
 
-    /// Norm of the gradient, or of the least convex combination of the gradients of the two choices that meet there.
+    /// Norm of the gradient.
     pub(super) fn residual(&self, energy: &dyn Energy) -> f64 {
-        let choices = [0, 1].map(|side| energy.active_piece(&self.sides[side]));
-        let mut gradients = [vec![0.0; self.tangent.len()], vec![0.0; self.tangent.len()]];
-        if choices[0] == choices[1] {
-            energy.evaluate(&self.x, &mut gradients[0]);
-            return norm(&gradients[0]);
-        }
-        for (gradient, choice) in gradients.iter_mut().zip(&choices) {
-            energy.evaluate_piece(&self.x, choice, gradient);
-        }
-        least_combination(&gradients[0], &gradients[1])
+        let mut gradient = vec![0.0; self.tangent.len()];
+        energy.evaluate(&self.x, &mut gradient);
+        norm(&gradient)
     }
 
     /// Refines the peak to a pass that is hardly higher, and descends on both sides.
@@ -150,53 +130,27 @@ impl Peak {
         sameness: &MatchTolerance,
     ) -> Option<Refined> {
         let space = energy.space();
-        let mut beside = false;
-        let [before, after] = [0, 1].map(|side| energy.active_piece(&self.sides[side]));
-        let seam = before != after;
-        let (x, height, residual, mut normal) = if seam {
-            let pieces = [Piece::new(energy, before), Piece::new(energy, after)];
-            let found = slide(
-                &Sheet::Seam([&pieces[0], &pieces[1]]),
-                &self.x,
-                (settings.force_tolerance, sameness.energy),
-                settings.max_step,
-                settings.refinement_steps,
-                &mut |_, _| false,
-            )
-            .crossing?;
-            // In plain tangents, toward the side of the first piece.
-            let scales = space.step_scales();
-            let normal: Vec<f64> = found
-                .normal
-                .iter()
-                .zip(&scales)
-                .map(|(n, s)| -n * s)
-                .collect();
-            (found.x, found.energy, found.residual, normal)
-        } else {
-            let following = Following {
-                tolerance: 10.0 * descent.gradient_tolerance,
-                longest: settings.max_step,
-                saturation: settings.saturation,
-                level: f64::INFINITY,
-                difference: 1e-4 * settings.max_step,
-                steps: settings.refinement_steps,
-                // A path along a mirror plane of the surface may peak at a point of higher index, with a pass beside it.
-                kicks: 1,
-                keeps_mode: settings.roughness == 0.0,
-                ceiling: f64::INFINITY,
-                known: &|_, _| None,
-            };
-            let mut found = Piece::new(energy, before)
-                .follow(&self.x, Some(&self.tangent), &following)
-                .ok()?;
-            beside = found.kicked;
-            let mode = found.modes.swap_remove(0);
-            (found.x, found.energy, found.residual, mode)
+        let following = Following {
+            tolerance: 10.0 * descent.gradient_tolerance,
+            longest: settings.max_step,
+            saturation: settings.saturation,
+            level: f64::INFINITY,
+            difference: 1e-4 * settings.max_step,
+            steps: settings.refinement_steps,
+            // A path along a mirror plane of the surface may peak at a point of higher index, with a pass beside it.
+            kicks: 1,
+            keeps_mode: settings.roughness == 0.0,
+            ceiling: f64::INFINITY,
+            known: &|_, _| None,
         };
+        let mut found = Scaled::new(energy)
+            .follow(&self.x, Some(&self.tangent), &following)
+            .ok()?;
+        let beside = found.kicked;
+        let mut normal = found.modes.swap_remove(0);
+        let (x, height, residual) = (found.x, found.energy, found.residual);
         let mut gradient = vec![0.0; space.tangents()];
         let actual = energy.evaluate(&x, &mut gradient);
-        // If another choice is lower, the point is not on the envelope.
         let highest = self.energy + SAMPLING * (self.energy - floor) + sameness.energy;
         if (actual - height).abs() > sameness.energy || height > highest {
             return None;
@@ -207,7 +161,6 @@ impl Peak {
         let pass = Pass {
             x,
             energy: height,
-            seam,
             residual,
             descents,
         };
@@ -294,8 +247,8 @@ pub(in crate::topography) fn leave_ridges(
     for _ in 0..MOST_RIDGES {
         let last = descent.images.len() - 1;
         let (x, height) = (&descent.images[last], descent.energies[last]);
-        let piece = Piece::plain(energy, energy.active_piece(x));
-        let Some(modes) = piece.modes(x, difference) else {
+        let surface = Scaled::plain(energy);
+        let Some(modes) = surface.modes(x, difference) else {
             return;
         };
         if modes.index().0 == 0 {

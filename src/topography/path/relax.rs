@@ -2,19 +2,17 @@
 //!
 //! **When is a path relaxed?** Only the top of a path decides its height; elsewhere it only has to be lower. A path counts
 //! as relaxed ([`Evidence::Path`]) if its top is stationary *and* doubling its images changes the height by less than a
-//! hundredth of the barrier. Stationary means that the gradient is below the force tolerance. At a kink the perpendicular
-//! force of no image ever vanishes, and the least convex combination of the gradients of the two choices that meet there
-//! counts instead (see `seam`). Tops are refined to passes and pinned, the rest of the string relaxes further, and any new
-//! top is refined in turn. If descents from the highest pass reach both minima, the evidence is better:
-//! [`Evidence::Saddle`] or [`Evidence::Seam`].
+//! hundredth of the barrier. Stationary means that the gradient is below the force tolerance. Tops are refined to passes and
+//! pinned, the rest of the string relaxes further, and any new top is refined in turn. If descents from the highest pass
+//! reach both minima, the evidence is better: [`Evidence::Saddle`].
 //!
-//! If kinks are close together ([`PathSettings::seams`]), a path counts as relaxed when no move along a seam lowers its top
-//! *and* halving the distance of its points hardly changes its height (see `lower`).
+//! If tops are lowered ([`PathSettings::lowering`]), a path counts as relaxed when no move lowers its top *and* halving the
+//! distance of its points hardly changes its height (see `lower`).
 
 use super::images::Images;
 use super::lower::{Lowered, lower, over};
 use super::pass::{Pass, Peak, Refined};
-use super::settings::{PathSettings, SeamSettings};
+use super::settings::{LoweringSettings, PathSettings};
 use super::{Path, near, spread};
 use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
@@ -64,7 +62,7 @@ pub(in crate::topography) fn relax(
         .iter()
         .enumerate()
         .filter_map(|(start, points)| {
-            let mut images = Images::new(energy, points, settings.segments, settings.manner(floor));
+            let mut images = Images::new(energy, points, settings.segments, settings.manner());
             if images.path.energies[1..settings.segments]
                 .iter()
                 .all(|e| !e.is_finite())
@@ -93,10 +91,7 @@ pub(in crate::topography) fn relax(
         let margin = settings.rivalry * (images.path.height() - floor);
         let beyond = |known: &Outcome| {
             known.evidence < Evidence::Chain
-                && (settings.seams.is_some()
-                    || rippled
-                    || invalid
-                    || images.path.height() - margin > known.height)
+                && (rippled || invalid || images.path.height() - margin > known.height)
         };
         if best.as_ref().is_some_and(beyond) {
             continue;
@@ -137,9 +132,9 @@ pub(super) struct Relaxation<'a> {
 }
 
 impl<'a> Relaxation<'a> {
-    /// Like [`Relaxation::finish`], for a kinked energy: the top is lowered, then refined if possible.
-    fn finish_kinked(&self, rough: Path, floor: f64, seams: &SeamSettings) -> Outcome {
-        let found = lower(self.energy, &rough.images, floor, self.settings, seams);
+    /// Lowers the top of a path, then refines it if possible.
+    fn finish_lowered(&self, rough: Path, floor: f64, lowering: &LoweringSettings) -> Outcome {
+        let found = lower(self.energy, &rough.images, floor, self.settings, lowering);
         let Some(Lowered {
             path,
             peak,
@@ -160,11 +155,12 @@ impl<'a> Relaxation<'a> {
             if let Some(Refined { pass, .. }) = pass {
                 if let Some(path) = self.direct(&pass, path.images.len()) {
                     let (height, top) = (pass.energy.max(path.height()), pass.x.clone());
-                    return self.verdict(path, height, top, pass_evidence(&pass), vec![pass]);
+                    return self.verdict(path, height, top, Evidence::Saddle, vec![pass]);
                 }
-                if let Some(path) = over(self.energy, &path, &pass, floor, self.settings, seams) {
+                if let Some(path) = over(self.energy, &path, &pass, floor, self.settings, lowering)
+                {
                     let (height, top) = (path.height(), pass.x.clone());
-                    return self.verdict(path, height, top, pass_evidence(&pass), vec![pass]);
+                    return self.verdict(path, height, top, Evidence::Saddle, vec![pass]);
                 }
             }
         }
@@ -182,9 +178,6 @@ impl<'a> Relaxation<'a> {
         let floor = self.ends.0.energy.max(self.ends.1.energy);
         if self.settings.roughness > 0.0 {
             return self.finish_rippled(images, floor);
-        }
-        if let Some(seams) = &self.settings.seams {
-            return self.finish_kinked(images.path, floor, seams);
         }
         if images.climb() {
             images.relax(self.settings.iterations, self.settings.force_tolerance);
@@ -246,7 +239,7 @@ impl<'a> Relaxation<'a> {
             });
             if let Some(Refined { pass, .. }) = found {
                 if let Some(path) = direct {
-                    let (top, evidence) = (pass.x.clone(), pass_evidence(&pass));
+                    let (top, evidence) = (pass.x.clone(), Evidence::Saddle);
                     let height = pass.energy;
                     passes.push(pass);
                     return self.verdict(path, height, top, evidence, passes);
@@ -284,15 +277,15 @@ impl<'a> Relaxation<'a> {
     /// Leads a path over passes, and lowers its top if that fails and lowering is set.
     fn finish_rippled(&self, images: Images<'a>, floor: f64) -> Outcome {
         let rough = self.finish_rough(images, floor);
-        let Some(seams) = &self.settings.seams else {
+        let Some(lowering) = &self.settings.lowering else {
             return rough;
         };
         if rough.evidence <= Evidence::Path {
             return rough;
         }
-        let mut lowered = self.finish_kinked(rough.path, floor, seams);
+        let mut lowered = self.finish_lowered(rough.path, floor, lowering);
         lowered.passes.extend(rough.passes);
-        if lowered.evidence <= Evidence::Seam {
+        if lowered.evidence <= Evidence::Saddle {
             return lowered;
         }
         // The lowered top lies nearer to a pass than the rough one did.
@@ -300,7 +293,7 @@ impl<'a> Relaxation<'a> {
             self.energy,
             &lowered.path.images,
             self.settings.segments,
-            self.settings.manner(floor),
+            self.settings.manner(),
         );
         let mut led = self.finish_rough(images, floor);
         let slack = self.settings.slack(lowered.height - floor);
@@ -393,13 +386,5 @@ impl<'a> Relaxation<'a> {
             passes,
             start: 0,
         }
-    }
-}
-
-fn pass_evidence(pass: &Pass) -> Evidence {
-    if pass.seam {
-        Evidence::Seam
-    } else {
-        Evidence::Saddle
     }
 }

@@ -70,7 +70,7 @@ impl<'e> Relaxation<'e> {
                 break;
             }
             let Some(images) = &leg.images else {
-                let images = self.string(&leg.path.images, floor);
+                let images = self.string(&leg.path.images);
                 leg.path.clone_from(&images.path);
                 (leg.images, leg.relaxed) = (Some(images), 1);
                 continue;
@@ -107,12 +107,12 @@ impl<'e> Relaxation<'e> {
         self.verdict(path, height, top, evidence, passes)
     }
 
-    fn string(&self, points: &[Vec<f64>], floor: f64) -> Images<'e> {
+    fn string(&self, points: &[Vec<f64>]) -> Images<'e> {
         let mut images = Images::new(
             self.energy,
             points,
             self.settings.segments.div_ceil(2),
-            self.settings.manner(floor),
+            self.settings.manner(),
         );
         images.relax(
             self.settings.coarse_iterations,

@@ -40,11 +40,8 @@ pub struct PathSettings {
     pub saturation: f64,
     /// Length of the first step down from a pass.
     pub push: f64,
-    /// For an energy with discrete choices and close kinks: tops are lowered seam by seam instead of pass by pass.
-    pub seams: Option<SeamSettings>,
-    /// Height above the higher end below which images are evaluated exactly; see
-    /// [`Piecewise::evaluate_roughly_above`](crate::energy::Piecewise::evaluate_roughly_above).
-    pub exact_below: f64,
+    /// On a surface with ripples: lowers the tops of paths that decide the tree and were not led over passes.
+    pub lowering: Option<LoweringSettings>,
     /// Differences of height below this are ignored.
     pub energy_tolerance: f64,
     /// Height of the ripples of a smooth surface; 0 if it has none. On a surface with ripples, paths are led over verified
@@ -53,11 +50,11 @@ pub struct PathSettings {
     pub roughness: f64,
 }
 
-/// Settings for lowering the tops of paths over a kinked energy.
+/// Settings for lowering the tops of paths.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct SeamSettings {
-    /// Greatest distance between neighbouring points of the path; it must be less than the distance between kinks.
+pub struct LoweringSettings {
+    /// Greatest distance between neighbouring points of the path.
     pub spacing: f64,
     /// Greatest number of moves of the top before and after each halving.
     pub moves: usize,
@@ -65,11 +62,11 @@ pub struct SeamSettings {
     pub halvings: usize,
 }
 
-impl Default for SeamSettings {
-    /// The settings for grasps, whose kinks are half a millimetre apart.
+impl Default for LoweringSettings {
+    /// The settings for grasps.
     fn default() -> Self {
         Self {
-            spacing: 5e-4,
+            spacing: 0.002,
             moves: 100,
             halvings: 2,
         }
@@ -108,8 +105,7 @@ impl PathSettings {
             refinement_steps: 60,
             saturation: length,
             push: 0.01 * length,
-            seams: None,
-            exact_below: 3.0 * energy,
+            lowering: None,
             energy_tolerance: 1e-6 * energy,
             roughness: 0.0,
         }
@@ -122,13 +118,12 @@ fn is_zero(roughness: &f64) -> bool {
 }
 
 impl PathSettings {
-    /// How images relax between ends of which the higher one is at `floor`.
-    pub(super) fn manner(&self, floor: f64) -> Manner {
+    /// How images relax.
+    pub(super) fn manner(&self) -> Manner {
         Manner {
             method: self.method,
             band: self.band,
             longest: self.max_step,
-            ceiling: floor + self.exact_below,
         }
     }
 

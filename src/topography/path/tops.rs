@@ -17,13 +17,12 @@ pub(in crate::topography) fn tops(
     energy: &dyn Energy,
     from: &[f64],
     tangent: &[f64],
-    floor: f64,
     settings: &PathSettings,
 ) -> Vec<Top> {
     let mut to = from.to_vec();
     energy.space().exp(&mut to, tangent);
     let points = [from.to_vec(), to];
-    let mut images = Images::new(energy, &points, settings.segments, settings.manner(floor));
+    let mut images = Images::new(energy, &points, settings.segments, settings.manner());
     images.relax(settings.coarse_iterations, settings.force_tolerance);
     let energies = &images.path.energies;
     let tops = (1..settings.segments).filter(|i| {

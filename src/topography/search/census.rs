@@ -10,7 +10,7 @@ use crate::space::Space;
 use crate::space::vector::times;
 use crate::topography::audit::{Audit, AuditSettings, Verdict, examine};
 use crate::topography::barrier::{Connection, Crossing};
-use crate::topography::eigen::Piece;
+use crate::topography::eigen::Scaled;
 use crate::topography::minima::MatchTolerance;
 use crate::topography::network::{Minimum, MinimumId};
 use crate::topography::path::{Path, near};
@@ -234,15 +234,15 @@ impl Census {
         if of_its_set.is_some() {
             return of_its_set;
         }
-        let piece = Piece::new(energy, Vec::new());
-        let modes = piece.modes(x, self.audit.difference)?.tangents;
+        let surface = Scaled::new(energy);
+        let modes = surface.modes(x, self.audit.difference)?.tangents;
         self.by_energy[0].insert(height, self.minima.len());
         self.minima.push(Known {
             x: x.to_vec(),
             energy: height,
             modes: modes
                 .iter()
-                .map(|mode| times(mode, &piece.scales))
+                .map(|mode| times(mode, &surface.scales))
                 .collect(),
             audit,
             draws: Vec::new(),
@@ -311,7 +311,6 @@ impl Census {
         let minimum = |known: &Known| Minimum {
             coordinates: known.x.clone(),
             energy: known.energy,
-            choice: Vec::new(),
             members: Vec::new(),
         };
         self.minima.iter().map(minimum).collect()
@@ -496,7 +495,6 @@ impl Census {
     /// stopped before it ended by itself. Of the `bounds`, those between components of the network of saddles are kept.
     pub(super) fn finish(
         self,
-        energy: &dyn Energy,
         spent: usize,
         planned: Option<usize>,
         limits: Limits,
@@ -558,7 +556,6 @@ impl Census {
         let mut known: Vec<Option<Known>> = self.minima.into_iter().map(Some).collect();
         for minimum in order.iter().filter_map(|old| known[*old].take()) {
             minima.push(Minimum {
-                choice: energy.active_piece(&minimum.x),
                 coordinates: minimum.x,
                 energy: minimum.energy,
                 members: minimum.draws,

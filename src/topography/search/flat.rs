@@ -7,7 +7,7 @@ use crate::energy::Energy;
 use crate::optimize::quench;
 use crate::space::vector::{add, dot, norm, scale};
 use crate::topography::audit::{Audit, AuditSettings, Verdict};
-use crate::topography::eigen::Piece;
+use crate::topography::eigen::Scaled;
 use crate::topography::trough::joins;
 
 /// Ends of descents where the softest curvature is below this fraction of the stiffest may lie farther from the minimum than
@@ -175,8 +175,8 @@ impl Ground<'_> {
 
     /// Whether a walk along the set of one of the points leads to the other.
     fn are_joined(&self, (a, level): (&[f64], f64), b: &[f64]) -> bool {
-        let piece = Piece::new(self.energy, Vec::new());
-        joins(&piece, a, b, self.settings, &|x| {
+        let surface = Scaled::new(self.energy);
+        joins(&surface, a, b, self.settings, &|x| {
             self.is_level((x, level), (b, level))
         })
     }

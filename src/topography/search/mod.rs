@@ -110,8 +110,7 @@ impl Exploration {
 /// and apart if descents from between their points end on both sides of a ridge. Where these descents end elsewhere, both count
 /// as one.
 ///
-/// The result depends on the settings and the seed, not on the number of threads or interruptions. An energy with discrete
-/// choices has passes on seams, which this search does not find: see [`build_landscape`](super::build_landscape).
+/// The result depends on the settings and the seed, not on the number of threads or interruptions.
 ///
 /// # Errors
 /// If the journal of `run` cannot store a record.
@@ -271,13 +270,7 @@ impl Explorer<'_> {
         let planned = self.stopped.then_some(self.queue.len());
         Exploration {
             further,
-            ..(self.census).finish(
-                self.energy,
-                spent,
-                planned,
-                self.limit.counts,
-                self.joiner.bounds,
-            )
+            ..(self.census).finish(spent, planned, self.limit.counts, self.joiner.bounds)
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::energy::Counted;
 use crate::optimize::StopReason;
 use crate::space::vector::{add, scale};
 use crate::topography::barrier::Crossing;
-use crate::topography::eigen::Piece;
+use crate::topography::eigen::Scaled;
 use crate::topography::follow::{Following, Lost, Saddle};
 use crate::topography::minima::QuenchRecord;
 use crate::topography::path::{Pass, Path, descend, descend_one_way, leave_ridges};
@@ -79,25 +79,22 @@ impl Searcher<'_> {
             ceiling: census.ceiling(self.settings.energy),
             known: &|x, energy| census.saddle(self.energy.space(), x, energy),
         };
-        let saddle = match Piece::new(self.energy, Vec::new()).follow(
-            &place.x,
-            place.hint.as_deref(),
-            &following,
-        ) {
-            Ok(saddle) => saddle,
-            Err(lost) => {
-                match lost {
-                    Lost::Known(saddle) => outcome.known = Some(saddle),
-                    Lost::Outside => outcome.fate = SearchEnd::Outside,
-                    Lost::High => outcome.fate = SearchEnd::High,
-                    Lost::Steps => outcome.fate = SearchEnd::Steps,
-                    Lost::Index => outcome.fate = SearchEnd::Index,
-                    Lost::Undecided(x, height) => outcome.undecided = Some((x, height)),
-                    Lost::Flat => outcome.fate = SearchEnd::Flat,
+        let saddle =
+            match Scaled::new(self.energy).follow(&place.x, place.hint.as_deref(), &following) {
+                Ok(saddle) => saddle,
+                Err(lost) => {
+                    match lost {
+                        Lost::Known(saddle) => outcome.known = Some(saddle),
+                        Lost::Outside => outcome.fate = SearchEnd::Outside,
+                        Lost::High => outcome.fate = SearchEnd::High,
+                        Lost::Steps => outcome.fate = SearchEnd::Steps,
+                        Lost::Index => outcome.fate = SearchEnd::Index,
+                        Lost::Undecided(x, height) => outcome.undecided = Some((x, height)),
+                        Lost::Flat => outcome.fate = SearchEnd::Flat,
+                    }
+                    return outcome;
                 }
-                return outcome;
-            }
-        };
+            };
         // If a saddle is very close to its minimum, a displacement of the usual length can end above the saddle again.
         let descents = (0..HALVINGS).find_map(|halvings| {
             descend(
@@ -121,7 +118,6 @@ impl Searcher<'_> {
             Crossing::from(Pass {
                 x: saddle.x.clone(),
                 energy: saddle.energy,
-                seam: false,
                 residual: saddle.residual,
                 descents: [ways[0].clone(), way.clone()],
             })

@@ -183,7 +183,6 @@ pub fn grouped(network: &Network, group_of: &[usize]) -> Network {
         groups.add_node(Minimum {
             coordinates: lowest.coordinates.clone(),
             energy: lowest.energy,
-            choice: lowest.choice.clone(),
             members,
         });
     }

@@ -257,7 +257,6 @@ pub(crate) fn landscape_folder() -> &'static Path {
         id,
         energy: 0.1 * id as f64,
         coordinates: vec![0.1, id as f64],
-        choice: vec![5, 3],
         members: vec![id, u64::MAX],
         group: id,
         labels: [("medium wrap".to_owned(), 2)].into(),

@@ -44,7 +44,7 @@ const MEANINGS = {
     "How sure it is that this branch joins the rest no lower: 1 minus the chance that a lower way exists. The chance follows from how " +
     "many independent searches across the join ended here, at its height: the more, the less likely a lower way. –: not searched.",
   evidence:
-    "On what the height of the join rests. saddle, seam: verified, the slope is zero there. path: the top of a relaxed path. " +
+    "On what the height of the join rests. saddle: verified, the slope is zero there. path: the top of a relaxed path. " +
     "chain: an upper bound. given: taken from another program.",
   label:
     "Grasp type: the label of a person if there is one, else that of the rule. A text such as power/pad/2-5/abducted is a cell of the " +
@@ -60,7 +60,6 @@ const GRASPS = {
 
 export const EVIDENCE_WORDS = {
   saddle: "the lowest pass found; its slope is zero (verified)",
-  seam: "the lowest pass found; it is the lowest point of a seam (verified)",
   given: "a transition state of another program, not verified here",
   path: "the lowest pass found; it is the top of a relaxed path",
   chain: "an upper bound: the pass may lie lower",

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use nalgebra::Matrix3;
 
 use crate::space::vector::{add, dot, norm, scale};
-use crate::topography::eigen::Piece;
+use crate::topography::eigen::Scaled;
 use crate::topography::search::outcome::SearchEnd;
 
 /// Greatest number of improvements of the mode at the start and after each step.
@@ -57,35 +57,35 @@ struct Mode {
 }
 
 struct Climber<'a> {
-    piece: &'a Piece<'a>,
+    surface: &'a Scaled<'a>,
     settings: Climbing,
     free: Vec<Vec<f64>>,
 }
 
 /// Climbs from `start`, at first along the lowest mode that resembles `hint` (scaled tangent).
 pub(super) fn climb(
-    piece: &Piece<'_>,
+    surface: &Scaled<'_>,
     start: &[f64],
     hint: &[f64],
     settings: Climbing,
 ) -> Result<Summit, SearchEnd> {
     let mut x = start.to_vec();
     let mut gradient = vec![0.0; hint.len()];
-    let mut energy = piece.evaluate(&x, &mut gradient);
+    let mut energy = surface.evaluate(&x, &mut gradient);
     if !energy.is_finite() {
         return Err(SearchEnd::Outside);
     }
     // On the way a climb may be higher than the saddle, before it has descended across its mode.
     let most = settings.ceiling.max(energy) + (settings.ceiling - energy).abs();
     let mut climber = Climber {
-        piece,
+        surface,
         settings,
         free: Vec::new(),
     };
     let mut direction = hint.to_vec();
     let mut memory = Memory::default();
     for step in 0..settings.steps {
-        climber.free = piece.free(&x);
+        climber.free = surface.free(&x);
         let effort = if step == 0 { FIRST } else { NEXT };
         let mode = climber
             .sharpened(&x, direction, effort)
@@ -98,7 +98,7 @@ pub(super) fn climb(
             return Ok(Summit {
                 x,
                 energy,
-                mode: plain(piece, &mode.tangent),
+                mode: plain(surface, &mode.tangent),
             });
         }
         let slope = dot(&gradient, &mode.tangent);
@@ -127,8 +127,8 @@ pub(super) fn climb(
     Err(SearchEnd::Steps)
 }
 
-fn plain(piece: &Piece<'_>, tangent: &[f64]) -> Vec<f64> {
-    let mut mode = crate::space::vector::times(tangent, &piece.scales);
+fn plain(surface: &Scaled<'_>, tangent: &[f64]) -> Vec<f64> {
+    let mut mode = crate::space::vector::times(tangent, &surface.scales);
     let length = norm(&mode);
     scale(&mut mode, length.recip());
     mode
@@ -146,8 +146,8 @@ impl Climber<'_> {
         for _ in 0..SHORTENED.0 {
             let mut step = tangent.to_vec();
             scale(&mut step, along);
-            let there = self.piece.moved(x, &step);
-            let energy = self.piece.evaluate(&there, gradient);
+            let there = self.surface.moved(x, &step);
+            let energy = self.surface.evaluate(&there, gradient);
             if energy.is_finite() {
                 return Ok((there, energy));
             }
@@ -192,8 +192,8 @@ impl Climber<'_> {
             let mut ahead = vec![0.0; gradient.len()];
             let mut accepted = false;
             for _ in 0..SHORTENED.0 {
-                let there = self.piece.moved(x, &step);
-                let height = self.piece.evaluate(&there, &mut ahead);
+                let there = self.surface.moved(x, &step);
+                let height = self.surface.evaluate(&there, &mut ahead);
                 // A small rise is due to the curvature of the path; a large one is a step too far.
                 if height.is_finite() && height <= energy + 0.5 * size * norm(&step) {
                     (*x, energy, accepted) = (there, height, true);
@@ -223,8 +223,8 @@ impl Climber<'_> {
             scale(&mut step, side * difference);
             let mut gradient = vec![0.0; tangent.len()];
             let energy = self
-                .piece
-                .evaluate(&self.piece.moved(x, &step), &mut gradient);
+                .surface
+                .evaluate(&self.surface.moved(x, &step), &mut gradient);
             energy.is_finite().then_some(gradient)
         };
         let (mut ahead, behind) = (at(1.0)?, at(-1.0)?);
@@ -376,13 +376,13 @@ mod tests {
     #[test]
     fn climbs_end_at_published_saddles() {
         let energy = MullerBrown::new();
-        let piece = Piece::new(&energy, Vec::new());
+        let surface = Scaled::new(&energy);
         for (start, hint, height) in [
             // Where the lowest mode leads down already.
             ([-0.80, 0.68], [-0.3, -0.8], -40.664843508657),
             ([0.25, 0.27], [-0.8, 0.6], -72.248940112325),
         ] {
-            let summit = climb(&piece, &start, &hint, CLIMBING);
+            let summit = climb(&surface, &start, &hint, CLIMBING);
             let summit = summit.unwrap_or_else(|end| panic!("from {start:?}: {end:?}"));
             assert!((summit.energy - height).abs() < 1e-8, "{}", summit.energy);
             assert!((norm(&summit.mode) - 1.0).abs() < 1e-12);
@@ -399,7 +399,7 @@ mod tests {
             place[atom / 2] = if atom % 2 == 0 { a } else { -a };
         }
         let hint: Vec<f64> = (0..18).map(|k| f64::from(k % 5) - 1.7).collect();
-        let summit = climb(&Piece::new(&energy, Vec::new()), &x, &hint, CLIMBING)
+        let summit = climb(&Scaled::new(&energy), &x, &hint, CLIMBING)
             .ok()
             .unwrap();
         let known = [-12.079031, -11.630307, -11.334033];
@@ -413,22 +413,22 @@ mod tests {
     #[test]
     fn a_climb_that_leads_nowhere_is_told() {
         let energy = MullerBrown::new();
-        let piece = Piece::new(&energy, Vec::new());
+        let surface = Scaled::new(&energy);
         let low = Climbing {
             ceiling: -100.0,
             ..CLIMBING
         };
-        let found = climb(&piece, &[-0.558, 1.44], &[-0.7, -0.7], low);
+        let found = climb(&surface, &[-0.558, 1.44], &[-0.7, -0.7], low);
         assert_eq!(found.err(), Some(SearchEnd::High));
         let short = Climbing {
             steps: 1,
             ..CLIMBING
         };
-        let found = climb(&piece, &[-0.558, 1.44], &[-0.7, -0.7], short);
+        let found = climb(&surface, &[-0.558, 1.44], &[-0.7, -0.7], short);
         assert_eq!(found.err(), Some(SearchEnd::Steps));
         let apart = LennardJones::new(2);
-        let piece = Piece::new(&apart, Vec::new());
-        let found = climb(&piece, &[0.0; 6], &[1.0; 6], CLIMBING);
+        let surface = Scaled::new(&apart);
+        let found = climb(&surface, &[0.0; 6], &[1.0; 6], CLIMBING);
         assert_eq!(found.err(), Some(SearchEnd::Outside));
     }
 }

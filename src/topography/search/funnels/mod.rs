@@ -507,13 +507,11 @@ impl Growth<'_> {
         for (id, old) in order.iter().enumerate() {
             number[*old] = id;
         }
-        let energy = pool.energy;
         let mut sites: Vec<Option<pool::Site>> = pool.sites.into_iter().map(Some).collect();
         let mut all: Vec<Option<pool::Gate>> = pool.gates.into_iter().map(Some).collect();
         let (mut minima, mut audits) = (Vec::new(), Vec::new());
         for site in order.iter().filter_map(|old| sites[*old].take()) {
             minima.push(Minimum {
-                choice: energy.active_piece(&site.x),
                 coordinates: site.x,
                 energy: site.energy,
                 members: site.draws,

@@ -8,7 +8,7 @@ use super::pool::{Crossed, End, Pool};
 use crate::energy::{Counted, Energy};
 use crate::sample::{Rng, Task, stream};
 use crate::space::vector::{scale, times};
-use crate::topography::eigen::Piece;
+use crate::topography::eigen::Scaled;
 use crate::topography::path::{Path, PathSettings, descend, leave_ridges, tops};
 use crate::topography::scales::random_tangent;
 use crate::topography::search::outcome::SearchEnd;
@@ -131,11 +131,11 @@ impl Worker<'_> {
         pool: (&Pool<'_>, usize),
         outcome: &mut Outcome,
     ) {
-        let piece = Piece::new(energy, Vec::new());
+        let surface = Scaled::new(energy);
         let end = match climb(
-            &piece,
+            &surface,
             x,
-            &piece.scaled(hint),
+            &surface.scaled(hint),
             self.climbing(longest, ceiling),
         ) {
             Ok(summit) => self.cross(energy, summit, pool, outcome),
@@ -237,8 +237,7 @@ impl Worker<'_> {
             max_step: length,
             ..PathSettings::for_scales(self.settings.energy, length)
         };
-        let floor = from.energy.max(to.energy);
-        let found = tops(energy, &from.x, &tangent, floor, &settings);
+        let found = tops(energy, &from.x, &tangent, &settings);
         for top in found.into_iter().take(TOPS) {
             let mut hint = top.tangent;
             scale(&mut hint, 1.0);
