@@ -495,6 +495,7 @@ impl Census {
     /// stopped before it ended by itself. Of the `bounds`, those between components of the network of saddles are kept.
     pub(super) fn finish(
         self,
+        energy: &dyn Energy,
         spent: usize,
         planned: Option<usize>,
         limits: Limits,

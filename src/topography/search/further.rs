@@ -58,7 +58,7 @@ impl Explorer<'_> {
         };
         let bounds = self.joiner.bounds.clone();
         let so_far = self.census.clone();
-        let so_far = so_far.finish(0, None, self.limit.counts, bounds);
+        let so_far = so_far.finish(self.energy, 0, None, self.limit.counts, bounds);
         let landscape = so_far.landscape(self.energy, &GroupSettings::default());
         let settings = self.settings_between(&so_far, pair);
 

@@ -270,7 +270,13 @@ impl Explorer<'_> {
         let planned = self.stopped.then_some(self.queue.len());
         Exploration {
             further,
-            ..(self.census).finish(spent, planned, self.limit.counts, self.joiner.bounds)
+            ..(self.census).finish(
+                self.energy,
+                spent,
+                planned,
+                self.limit.counts,
+                self.joiner.bounds,
+            )
         }
     }
 }
