@@ -90,7 +90,7 @@ def landscape(folder, count, groups, **manifest):
     """
     table, told, rng = grasps(), metadata(), np.random.default_rng(3)
     poses = np.hstack([np.stack(table[name].to_numpy()) for name in ("translation_m", "rotation_wxyz", "joints_rad")])
-    energies, contacts = table["energy"].to_numpy(), table["contacts"].to_pylist()
+    energies = table["energy"].to_numpy()
     copied = np.arange(count) >= len(energies)
     of = np.arange(count) % len(energies)
     energy = energies[of] + copied * rng.uniform(0, 0.05, count)
@@ -112,11 +112,11 @@ def landscape(folder, count, groups, **manifest):
         if count <= 1000 or group[k] != group[other]:
             paths += [
                 {"a": other, "b": k, "image": image, "coordinates": interpolated(pose[other], pose[k], image / (IMAGES - 1)),
-                 "energy": max(energy[other], energy[k]), "choice": []}
+                 "energy": max(energy[other], energy[k])}
                 for image in range(IMAGES)
             ]
     minima = [
-        {"id": k, "energy": energy[k], "coordinates": pose[k], "choice": contacts[of[k]], "members": [k], "group": group[k], "labels": [],
+        {"id": k, "energy": energy[k], "coordinates": pose[k], "members": [k], "group": group[k], "labels": [],
          "label_counts": []}
         for k in range(count)
     ]
@@ -135,12 +135,12 @@ def landscape(folder, count, groups, **manifest):
     terms = [name.removeprefix("term_") for name in table.column_names if name.startswith("term_")]
     term_columns = {f"term_{name}": number for name in terms}
     schemas = {
-        "minima": schema({"id": whole, "energy": number, "coordinates": coordinates, "choice": items(pa.uint32()), "members": items(whole),
+        "minima": schema({"id": whole, "energy": number, "coordinates": coordinates, "members": items(whole),
                           "group": whole, "labels": items(text), "label_counts": items(whole)}),
         "edges": schema({"a": whole, "b": whole, **numbers, "evidence": text, "term": text, **chains, "chain_runs": whole,
                          "evaluations": whole, "way": text}, maybe=(*numbers, "term", *chains, "way")),
         "paths": schema({"a": whole, "b": whole, "image": whole, "coordinates": coordinates, "energy": number,
-                         "choice": items(pa.uint32()), **term_columns}, maybe=term_columns),
+                         **term_columns}, maybe=term_columns),
     }
     folder.mkdir(parents=True)
     for name, rows in (("minima", minima), ("edges", edges), ("paths", paths)):
