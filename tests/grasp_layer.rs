@@ -91,7 +91,7 @@ fn a_hand_that_has_let_go() {
 #[test]
 fn contacts_touch_and_are_the_best() {
     let (mut touched, mut hovered) = (0, 0);
-    let hand = Arc::new(HAND.thinned(19));
+    let hand = Arc::new(HAND.thinned(7));
     let energy = GraspEnergy::new(hand.clone(), BOTTLE.clone(), EnergySettings::default()).unwrap();
     let rough = QuenchSettings::default().with_max_evaluations(200);
     let mut rng = stream(5, Task::Start, 0);

@@ -149,7 +149,7 @@ pub(crate) fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
         ("metadata", vec![described()], metadata),
         (
             "experiment_toml",
-            vec![bytes("data/experiments/paper.toml")],
+            vec![bytes("data/experiments/closed.toml")],
             |bytes, _| {
                 let read: Experiment = settings(bytes)?;
                 told(read.energy.validate()).and_then(|()| told(read.synthesis.validate()))
