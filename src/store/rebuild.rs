@@ -262,6 +262,11 @@ impl Population<'_> {
         &self.metadata.terms
     }
 
+    /// Settings of the energy of the grasps; null if they are not known.
+    pub fn energy_settings(&self) -> &serde_json::Value {
+        &self.metadata.energy
+    }
+
     /// Builds the hand.
     ///
     /// # Errors

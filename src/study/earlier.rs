@@ -150,10 +150,12 @@ impl EarlierLandscape {
     /// are, bit for bit.
     ///
     /// # Errors
-    /// If the terms of the energy are others.
+    /// If the terms or the settings of the energy are others.
     pub fn joined(&self, population: &Population<'_>) -> Result<JoinedGrasps, StudyError> {
         let earlier = &self.grasps;
-        if population.terms() != earlier.metadata.terms {
+        let settings = [population.energy_settings(), &earlier.metadata.energy];
+        let differ = settings[0] != settings[1] && settings.iter().all(|one| !one.is_null());
+        if population.terms() != earlier.metadata.terms || differ {
             return Err(StudyError::OtherEnergy(self.source.name.clone()));
         }
         let pose = |row: &GraspRow| {

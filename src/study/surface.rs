@@ -779,7 +779,7 @@ fn completeness(found: &Exploration) -> String {
             )
         }
         Some(Doubt::Undecided) => {
-            "nothing is claimed, since searches ended where a minimum and a saddle would be too close together to be told apart"
+            "nothing is claimed, since searches ended where a minimum and a saddle would be too close together to be distinguished"
                 .to_owned()
         }
         Some(Doubt::Kinks) => "nothing is claimed, since the surface has kinks".to_owned(),

@@ -214,8 +214,6 @@ fn groups_at_a_given_barrier() {
     ));
     let built = LandscapeFiles::read(&out.path("one.landscape")).unwrap();
     assert!(group_of(&built).iter().all(|group| *group == 0));
-    let said = built.manifest.warnings.join("\n");
-    assert_says(&said, &["reached by letting go"]);
     // Drawn again at another barrier, as it would have been drawn at once, but for the names of the groups, which are those of
     // the map.
     out.succeed(&format!("draw {g} --group-barrier 1e9 -q -o view"));

@@ -257,7 +257,7 @@ fn names_in_rows_without_metadata() {
     );
     let said = desk.succeed("inspect lost.parquet");
     assert_says(&said, &["the default one is used"]);
-    assert_eq!(energy("l.parquet"), energy("g.parquet"));
+    assert!(energy("l.parquet").is_null() && !energy("g.parquet").is_null());
 
     named(&["ball", "box"]).write(&desk.path("two.parquet"));
     desk.succeed("label two.parquet -o l.parquet --force");

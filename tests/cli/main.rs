@@ -127,7 +127,7 @@ const BUILD: &str = "build g.parquet --first 3 --quiet";
 /// A slow protocol that simulates every step of the drop, so that there is time to kill the process. At its friction some
 /// grasps hold and others do not.
 const PATIENT: &str = "protocol = \"drop\"\nrest = { time_s = 1000.0 }\n\
-                       friction = { hand = 0.35, object = 0.35, combine = \"multiply\" }\n";
+                       friction = { hand = 0.1, object = 0.1, combine = \"multiply\" }\n";
 const STABILITY: &str = "stability g.parquet --config p.toml -q -o held.parquet";
 
 /// `g.parquet` of [`SYNTH`], made once, on one thread.

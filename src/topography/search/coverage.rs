@@ -20,7 +20,7 @@ pub enum Doubt {
     /// ([`Coverage::undrawn_share_below`]).
     Alone,
     /// Searches ended at points that are stationary within the tolerances, with one curvature too small to have a sign: minima
-    /// and saddles that are close together cannot be told apart there.
+    /// and saddles that are close together cannot be distinguished there.
     Undecided,
     /// Descents ended at kinks, which are not smooth minima.
     Kinks,

@@ -16,7 +16,7 @@ pub enum SearchEnd {
     /// At a stationary point of another index.
     Index,
     /// At a point that is stationary within the tolerances, where one curvature is too small to have a sign and no known minimum
-    /// lies. Minima and saddles that are close together cannot be told apart there.
+    /// lies. Minima and saddles that are close together cannot be distinguished there.
     Undecided,
     /// The curvature of the uphill mode vanished: a fragment moved off to infinity.
     Flat,
@@ -51,7 +51,7 @@ impl SearchEnd {
             Self::Index => {
                 "at a point that is neither a minimum nor a saddle, or back at a minimum"
             }
-            Self::Undecided => "where a minimum and a saddle cannot be told apart",
+            Self::Undecided => "where a minimum and a saddle cannot be distinguished",
             Self::Flat => "where the surface is flat along the way up",
             Self::High => "far above all points found",
             Self::Steps => "at the limit of steps",
