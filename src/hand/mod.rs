@@ -408,8 +408,7 @@ impl Hand {
         hand
     }
 
-    /// Whether surface points are carried by several links (MANO). Forces on them must pass through [`Hand::gather`] before
-    /// they are pulled back.
+    /// Whether surface points are carried by several links (MANO).
     pub fn bends(&self) -> bool {
         self.blend.is_some()
     }
