@@ -69,7 +69,7 @@
 //! let short = SynthesisSettings { steps: 1, ..Default::default() };
 //! let descent = QuenchSettings::default().with_max_evaluations(20);
 //! let end = synthesize(&energy, &short, &descent, 0, 0);
-//! assert_eq!(end.refined.contacts.len(), energy.settings().contacts);
+//! assert_eq!(end.refined.pose.joints().len(), hand.joints.len());
 //!
 //! let judgement = judge(&energy, &end.refined);
 //! println!("{:?}", judgement.strict_objection().unwrap_or("a grasp"));
