@@ -51,6 +51,8 @@
 
 #[cfg(any(feature = "figure", feature = "grasp"))]
 mod atomic_file;
+#[cfg(feature = "simulation")]
+mod caught;
 
 pub mod agreement;
 pub mod doubt;

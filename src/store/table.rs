@@ -7,7 +7,6 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::fs::File;
 use std::ops::Range;
-use std::panic;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -28,6 +27,7 @@ use serde_json::Value;
 use super::columns::{ATTRIBUTES, KEY};
 use super::error::{Fault, StoreError};
 use super::sum::{self, Seal};
+use crate::caught::caught;
 
 /// A table in memory.
 pub(super) struct Table {
@@ -49,8 +49,8 @@ impl Table {
 
     pub(super) fn of_bytes(path: &Path, bytes: Vec<u8>) -> Result<Self, StoreError> {
         // The parquet crate panics on some damaged pages; this becomes an error about a damaged file.
-        panic::catch_unwind(|| Self::decode(path, &bytes.into()))
-            .unwrap_or_else(|_| Err(damaged(path, &"its pages contradict its footer")))
+        caught(|| Self::decode(path, &bytes.into()))
+            .unwrap_or_else(|| Err(damaged(path, &"its pages contradict its footer")))
     }
 
     /// Whether the footer of a Parquet file has metadata of this program. Only the footer is read.
@@ -61,7 +61,7 @@ impl Table {
             let pairs = reader.metadata().file_metadata().key_value_metadata()?;
             pairs.iter().find(|pair| pair.key == KEY).map(|_| ())
         };
-        panic::catch_unwind(holds).is_ok_and(|found| found.is_some())
+        caught(holds).flatten().is_some()
     }
 
     fn decode(path: &Path, bytes: &Bytes) -> Result<Self, StoreError> {

@@ -5,13 +5,14 @@ use rapier3d_f64::geometry::SharedShape;
 use rapier3d_f64::math::Pose;
 use rapier3d_f64::parry::mass_properties::MassProperties;
 use rapier3d_f64::parry::shape::TriMeshFlags;
-use rapier3d_f64::parry::transformation::convex_hull;
+use rapier3d_f64::parry::transformation::try_convex_hull;
 use rapier3d_f64::parry::transformation::vhacd::{VHACD, VHACDParameters};
 use serde::Serialize;
 
 use super::convert::{from_vector, vector};
 use super::inertia::uniform;
 use crate::cache::{Cache, Key, Kind, Reader};
+use crate::caught::caught;
 use crate::mesh::{ExactMesh, Mesh};
 
 /// Version of what is kept of a cut. Raise it whenever cutting, the comparison with the mesh or the format changes, also by
@@ -21,8 +22,10 @@ const VERSION: u32 = 1;
 /// A mesh that its hull fills by no more than this, metres, is one convex piece. Cutting would leave gaps between the pieces
 /// of a thin body.
 const CONVEX_M: f64 = 1e-4;
-/// Cells along the longest side of the grid in which a mesh is cut.
+/// Cells along the longest side of the grid in which a mesh is cut, and those of the grids that are tried in its place: on
+/// some sets of cells the hulls of the library panic.
 const RESOLUTION: u32 = 128;
+const OTHER_RESOLUTIONS: [u32; 8] = [125, 122, 119, 116, 113, 110, 107, 104];
 /// A piece is cut again while the volume of its hull exceeds its own by this share of the volume of the whole hull.
 const CONCAVITY: f64 = 0.002;
 /// Largest number of pieces.
@@ -111,9 +114,7 @@ impl Solid {
             .map(|vertex| (vertex - centre).norm())
             .fold(0.0, f64::max);
         if build == Build::Triangles {
-            let flags = TriMeshFlags::FIX_INTERNAL_EDGES;
-            let shape = SharedShape::trimesh_with_flags(vertices, mesh.triangles().to_vec(), flags)
-                .expect("a mesh has triangles");
+            let shape = surface(mesh, vertices);
             let fit = Fit {
                 pieces: 1,
                 volume_error: 0.0,
@@ -138,9 +139,15 @@ impl Solid {
                 cache.keep(Kind::Pieces, key, &encode(&cut.0, &cut.1));
                 cut
             });
+        let parts = shapes(&pieces);
+        let shape = if parts.is_empty() {
+            surface(mesh, vertices)
+        } else {
+            SharedShape::compound(parts)
+        };
         Self {
             exact: ExactMesh::new(mesh),
-            shape: SharedShape::compound(shapes(&pieces)),
+            shape,
             unit,
             pieces,
             fit,
@@ -190,22 +197,41 @@ impl Solid {
     }
 }
 
+/// The triangles of a mesh.
+fn surface(mesh: &Mesh, vertices: Vec<rapier3d_f64::math::Vector>) -> SharedShape {
+    let flags = TriMeshFlags::FIX_INTERNAL_EDGES;
+    SharedShape::trimesh_with_flags(vertices, mesh.triangles().to_vec(), flags)
+        .expect("a mesh has triangles")
+}
+
 /// The hull of a mesh if it is convex, otherwise its convex pieces; and how well they fit.
 fn cut(
     mesh: &Mesh,
     vertices: &[rapier3d_f64::math::Vector],
     cutting: &dyn Fn(),
 ) -> (Vec<Piece>, Fit) {
-    let whole = vec![hull(vertices)];
+    let whole: Vec<Piece> = hull(vertices).into_iter().collect();
     let one = shapes(&whole);
     let one_fit = fit(mesh, &whole, &one);
     if !one.is_empty() && one_fit.filled_m <= CONVEX_M {
         return (whole, one_fit);
     }
     cutting();
-    let pieces = decomposed(mesh, vertices);
+    let grids = [RESOLUTION].into_iter().chain(OTHER_RESOLUTIONS);
+    let Some(pieces) = first_cut(grids, |grid| decomposed(mesh, vertices, grid)) else {
+        return (whole, one_fit);
+    };
     let fit = fit(mesh, &pieces, &shapes(&pieces));
     (pieces, fit)
+}
+
+/// What `cut` makes in the first of these grids in which it does not panic.
+fn first_cut(
+    grids: impl IntoIterator<Item = u32>,
+    cut: impl Fn(u32) -> Vec<Piece>,
+) -> Option<Vec<Piece>> {
+    let pieces = |grid| caught(|| cut(grid)).filter(|pieces| !pieces.is_empty());
+    grids.into_iter().find_map(pieces)
 }
 
 /// Hash of everything that a cut and its fit depend on.
@@ -286,10 +312,10 @@ fn decode(content: &[u8]) -> Option<(Vec<Piece>, Fit)> {
     (reader.0.is_empty() && !pieces.is_empty()).then_some((pieces, fit))
 }
 
-/// Cuts a mesh into convex pieces.
-fn decomposed(mesh: &Mesh, vertices: &[rapier3d_f64::math::Vector]) -> Vec<Piece> {
+/// Cuts a mesh into convex pieces in a grid with this number of cells along its longest side.
+fn decomposed(mesh: &Mesh, vertices: &[rapier3d_f64::math::Vector], resolution: u32) -> Vec<Piece> {
     let settings = VHACDParameters {
-        resolution: RESOLUTION,
+        resolution,
         concavity: CONCAVITY,
         plane_downsampling: 2,
         convex_hull_downsampling: 2,
@@ -308,16 +334,16 @@ fn decomposed(mesh: &Mesh, vertices: &[rapier3d_f64::math::Vector]) -> Vec<Piece
             points
         })
         .filter(|points| points.len() > 3)
-        .map(|points| hull(&points))
+        .filter_map(|points| hull(&points))
         .collect()
 }
 
-fn hull(points: &[rapier3d_f64::math::Vector]) -> Piece {
-    let (vertices, triangles) = convex_hull(points);
-    Piece {
+fn hull(points: &[rapier3d_f64::math::Vector]) -> Option<Piece> {
+    let (vertices, triangles) = try_convex_hull(points).ok()?;
+    Some(Piece {
         vertices: vertices.into_iter().map(from_vector).collect(),
         triangles,
-    }
+    })
 }
 
 fn shapes(pieces: &[Piece]) -> Vec<(Pose, SharedShape)> {
@@ -432,11 +458,26 @@ mod tests {
     }
 
     #[test]
+    fn another_grid_replaces_one_that_panics() {
+        let mesh = corner();
+        let vertices: Vec<_> = mesh.vertices().iter().map(vector).collect();
+        let cut = |grid| {
+            assert!(grid < RESOLUTION, "as the library does");
+            decomposed(&mesh, &vertices, grid)
+        };
+        let pieces = first_cut([RESOLUTION, OTHER_RESOLUTIONS[0]], cut).unwrap();
+        let fit = fit(&mesh, &pieces, &shapes(&pieces));
+        assert!(fit.filled_m < 1e-3 && fit.cut_m < 1e-3, "{fit:?}");
+        assert_eq!(first_cut([RESOLUTION], cut), None);
+    }
+
+    #[test]
     fn other_numbers_are_no_cut() {
         let piece = hull(
             &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
                 .map(|[x, y, z]| rapier3d_f64::math::Vector::new(x, y, z)),
-        );
+        )
+        .unwrap();
         let fit = Fit {
             pieces: 1,
             volume_error: 0.1,
