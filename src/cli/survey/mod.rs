@@ -306,14 +306,9 @@ impl Survey {
             Err(error) => return failed(error.into()),
         };
         let count = || {
-            let watch = Watch::new(common.quiet);
-            let run = Run {
-                observer: &|news| watch.see(news),
-                ..Run::default()
-            };
-            let counted = SurveyedPopulation::count(&task.name, &file, population, rule, &run);
-            watch.clear();
-            counted
+            Watch::over(common.quiet, |run| {
+                SurveyedPopulation::count(&task.name, &file, population, rule, run)
+            })
         };
         if self.no_map || population.grasps.len() < 2 {
             return count().map_or_else(|error| failed(error.into()), |counted| Ok(Ok(counted)));
@@ -432,10 +427,9 @@ fn write(survey: &study::Survey, output: &Path, common: &Common) -> anyhow::Resu
     set.finish()?;
     if common.json {
         print_json(&value)?;
-    } else if !common.quiet {
-        print(&text);
     }
     if !common.quiet {
+        print(&text);
         complain(&format!("wrote {}", output.display()));
     }
     Ok(())
