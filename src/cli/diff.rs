@@ -257,12 +257,16 @@ fn summary(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> V
         "minima": [before.minima.len(), after.minima.len()],
         "minima in both": found.matches.len(),
         "within": reach,
-        (format!("only in {}", before.name)): Vec::from_iter(found.only_before.iter().map(|id| named(*id))),
-        (format!("only in {}", after.name)): Vec::from_iter(found.only_after.iter().map(|id| named(*id))),
+        (format!("only in {}", before.name)): all_named(&found.only_before),
+        (format!("only in {}", after.name)): all_named(&found.only_after),
         "energies that moved most": most(&mut energies),
         "merges that moved most": most(&mut merges),
-        "may be the same (equal energy, within five times that distance)": Vec::from_iter(possible),
+        "may be the same (equal energy, within five times that distance)": possible.collect::<Vec<_>>(),
     })
+}
+
+fn all_named(minima: &[MinimumId]) -> Vec<String> {
+    minima.iter().map(|minimum| named(*minimum)).collect()
 }
 
 fn named(minimum: MinimumId) -> String {

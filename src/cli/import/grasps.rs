@@ -72,9 +72,9 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
             input::warn(notes);
         }
         // Apart from the others, of which only some are shown.
-        input::warn(&Vec::from_iter(
-            imported.doubt.iter().map(ToString::to_string),
-        ));
+        if let Some(doubt) = &imported.doubt {
+            input::warn(&[doubt.to_string()]);
+        }
         input::warn(&imported.notes);
     }
     let report = value(&imported, &output);

@@ -104,7 +104,7 @@ fn barrier(files: &LandscapeFiles, energy: &GraspEnergy, path: &MinimaxPath) -> 
     let route: Vec<String> = path.minima.iter().map(named).collect();
     json!({
         "lowest way found": route.join(" → "),
-        "what it is": Vec::from_iter(ways(files, &path.minima).into_iter().flatten()),
+        "what it is": ways(files, &path.minima).into_iter().flatten().collect::<Vec<_>>(),
         "length_m": ends[1].along_m,
         "top_after_m": top.along_m,
         "points": steps.len(),

@@ -111,12 +111,11 @@ impl PageLandscape<'_> {
     ) -> Result<(Value, Vec<Vec<f64>>), StudyError> {
         let Self { name, files, .. } = *self;
         let built;
-        let energy = match self.energy {
-            Some(energy) => energy,
-            None => {
-                built = GraspSetting::of(files, name)?.energy(files, name)?;
-                &built
-            }
+        let energy = if let Some(energy) = self.energy {
+            energy
+        } else {
+            built = GraspSetting::of(files, name)?.energy(files, name)?;
+            &built
         };
         let setting = GraspSetting {
             hand: energy.hand().clone(),
