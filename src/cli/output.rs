@@ -8,7 +8,7 @@ use anyhow::{Context, ensure};
 use serde_json::Value;
 
 use super::args::Common;
-use crate::cli::printing::{complain, print, print_json, shown};
+use crate::cli::printing::{shown, tell_text};
 use crate::figure::MAKER;
 use crate::figure::chart::Chart;
 use crate::store::{FileSet, GraspFile, content_hash};
@@ -93,16 +93,8 @@ pub(super) fn write_report(
         files.add(&with_ending(output, "md"), signed.as_bytes())?;
         files.finish()?;
     }
-    if common.json {
-        print_json(value)?;
-    }
-    if !common.quiet {
-        print(&text);
-    }
-    if let (Some(output), false) = (output, common.quiet) {
-        complain(&format!("wrote {}", with_ending(output, "md").display()));
-    }
-    Ok(())
+    let written = output.map(|output| with_ending(output, "md").display().to_string());
+    tell_text(common, (&text, value), written.as_deref())
 }
 
 /// Rejects a picture as [`check_file`] does, and (without `--force`) if it shows something else than `source`, which is what

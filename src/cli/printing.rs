@@ -164,11 +164,25 @@ pub(super) fn tell_written(
     report: &impl Serialize,
     written: &str,
 ) -> anyhow::Result<()> {
-    if common.json || !common.quiet {
-        tell(common, report)?;
+    let report = serde_json::to_value(report)?;
+    let text = super::text::text(&report);
+    tell_text(common, (&text, &report), Some(written))
+}
+
+/// Prints a report with a text of its own: a quiet command prints the JSON document only. Says what was written.
+pub(super) fn tell_text(
+    common: &Common,
+    (text, report): (&str, &Value),
+    written: Option<&str>,
+) -> anyhow::Result<()> {
+    if common.json {
+        print_json(report)?;
     }
     if !common.quiet {
-        complain(&format!("wrote {written}"));
+        print(text);
+        if let Some(written) = written {
+            complain(&format!("wrote {written}"));
+        }
     }
     Ok(())
 }

@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::args::{Common, GroupBarrier};
 use super::output::{check_folder, given_or_beside, make_folder};
-use crate::cli::printing::{complain, print, print_json};
+use crate::cli::printing::tell_text;
 use crate::store::FileSet;
 use crate::study::{NetworkOfStates, Thermodynamics as Found, ThermodynamicsSettings};
 
@@ -86,14 +86,8 @@ pub(super) fn run(command: &Thermodynamics, common: &Common) -> anyhow::Result<(
     let mut files = FileSet::default();
     let text = found.write(&mut |name, bytes| files.add(&output.join(name), bytes))?;
     files.finish()?;
-    if common.json {
-        print_json(&found.to_json())?;
-    }
-    if !common.quiet {
-        print(&text);
-        complain(&format!("wrote {}", output.display()));
-    }
-    Ok(())
+    let written = output.display().to_string();
+    tell_text(common, (&text, &found.to_json()), Some(&written))
 }
 
 /// Rejects a temperature that is not positive and finite.

@@ -603,13 +603,14 @@ impl SurfaceReport<'_> {
 
     /// Numbers of minima and saddles that are not isolated.
     fn degenerate(&self) -> [usize; 2] {
-        let degenerate = |audit: &&Audit| audit.verdict == Verdict::Degenerate;
-        [
-            self.found.audits.iter().filter(degenerate).count(),
-            (self.found.saddles.iter().map(|saddle| &saddle.audit))
-                .filter(degenerate)
-                .count(),
-        ]
+        self.audited(|audit| audit.verdict == Verdict::Degenerate)
+    }
+
+    /// Numbers of minima and saddles of this kind.
+    fn audited(&self, is: impl Fn(&Audit) -> bool) -> [usize; 2] {
+        let saddles = self.found.saddles.iter().map(|saddle| &saddle.audit);
+        let minima = self.found.audits.iter().filter(|audit| is(audit)).count();
+        [minima, saddles.filter(|audit| is(audit)).count()]
     }
 
     /// Numbers of minima and saddles without curvatures, which lie on a face of a box.
@@ -617,13 +618,7 @@ impl SurfaceReport<'_> {
         if Coordinates::named(&self.subject.coordinates) != Some(Coordinates::Box) {
             return [0; 2];
         }
-        let unknown = |audit: &&Audit| audit.curvatures.is_empty();
-        [
-            self.found.audits.iter().filter(unknown).count(),
-            (self.found.saddles.iter().map(|saddle| &saddle.audit))
-                .filter(unknown)
-                .count(),
-        ]
+        self.audited(|audit| audit.curvatures.is_empty())
     }
 
     fn digits(&self) -> Digits {

@@ -16,7 +16,7 @@ use super::build::{Mapping, keep_stable};
 use super::output::{check_folder, make_folder};
 use super::run::{Watch, journal_beside, open_journal, stoppable};
 use super::{input, interruption};
-use crate::cli::printing::{complain, print, print_json, sentence, shown};
+use crate::cli::printing::{complain, print_json, sentence, shown, tell_text};
 use crate::evaluation::taxonomy::Rule;
 use crate::grasp::GraspEnergy;
 use crate::printable::counted;
@@ -425,12 +425,6 @@ fn write(survey: &study::Survey, output: &Path, common: &Common) -> anyhow::Resu
         set.add(&output.join(name), bytes)?;
     }
     set.finish()?;
-    if common.json {
-        print_json(&value)?;
-    }
-    if !common.quiet {
-        print(&text);
-        complain(&format!("wrote {}", output.display()));
-    }
-    Ok(())
+    let written = output.display().to_string();
+    tell_text(common, (&text, &value), Some(&written))
 }
