@@ -441,13 +441,13 @@ fn differences_are_told() {
     desk.succeed("surface double-well 2 0.3 -q -o tilted.landscape");
     let text = desk.succeed("diff even.landscape even.landscape");
     assert!(
-        text.contains("4 minima are in both (of 4 and of 4; at most"),
+        text.contains("minima in both") && text.contains("4, 4"),
         "{text}"
     );
     assert!(!text.contains("moved most"), "{text}");
     let text = desk.succeed("diff even.landscape tilted.landscape --within 0.2");
     assert!(
-        text.contains("## Energies that moved most") && text.contains("## Merges that moved most"),
+        text.contains("energies that moved most") && text.contains("merges that moved most"),
         "{text}"
     );
     let json = desk.succeed("diff even.landscape tilted.landscape --within 0.2 --json");
@@ -484,13 +484,7 @@ fn differences_are_told() {
     valley.write(&folder).unwrap();
     folder.finish().unwrap();
     let text = desk.succeed("diff even.landscape valley.landscape");
-    for words in [
-        "- 3 minima are in both (of 4 and of 4",
-        "- 1 of even.landscape and 1 of valley.landscape may be in both",
-        "- 0 minima are only in even.landscape, 0 only in valley.landscape",
-        "| m1 may be m1′ | 0 | ",
-        "The rule: no match within",
-    ] {
+    for words in ["minima in both", "may be the same", "m1 may be m1′"] {
         assert!(text.contains(words), "{words} is missing in {text}");
     }
     let json = desk.succeed("diff even.landscape valley.landscape --json");
@@ -503,7 +497,7 @@ fn differences_are_told() {
     assert_eq!(value["only_before"].as_array().unwrap().len(), 0);
     let text = desk.succeed("diff even.landscape valley.landscape --within 0");
     assert!(
-        text.contains("## Only in even.landscape") && text.contains("## Only in valley.landscape"),
+        text.contains("only in even.landscape") && text.contains("only in valley.landscape"),
         "{text}"
     );
 

@@ -248,7 +248,7 @@ impl Parts {
             command: search.command.clone(),
             measuring: counted.evaluations() + probed,
         };
-        let text = report.write(&folder)?;
+        let text = report.write(&folder)?.text;
         self.finish(folder)?;
         Ok(text)
     }
@@ -302,7 +302,7 @@ impl Parts {
             found: &found,
             command: search.command.clone(),
         };
-        let text = report.write(&folder)?;
+        let text = report.write(&folder)?.text;
         self.finish(folder)?;
         Ok(text)
     }

@@ -21,7 +21,8 @@ use crate::printable::counted;
 use crate::store::{GraspFile, Population, Source, content_hash};
 use crate::study::{
     ConfigurationError, EarlierLandscape, GraspLandscape, GraspMapSettings, GraspReport,
-    JoinedGrasps, MapSearch, MapSummary, StudyError, StudyRun, grow_population, map_population,
+    JoinedGrasps, MapSearch, PageLandscape, StudyError, StudyRun, WrittenLandscape,
+    grow_population, map_population,
 };
 use crate::topography::{PairSearch, Run};
 
@@ -306,17 +307,7 @@ fn build(
     );
     let energy = population.energy()?;
     let settings = settings(command, &energy, earlier)?;
-    explain(|| {
-        let cause = match (&command.config, earlier) {
-            (_, Some(earlier)) => format!("those of {}", earlier.source.name),
-            (Some(path), None) => format!("as the energy needs them, changed by {} and the flags", path.display()),
-            (None, None) => "as the energy needs them, changed by the flags (`landscape config build` lists them)".to_owned(),
-        };
-        format!(
-            "settings of the map: {cause}; each minimum is connected to its {} nearest ones, and a spanning tree is added",
-            settings.map.neighbours
-        )
-    });
+    explain(|| format!("settings of the map: {:?}", settings.map_settings()));
     let mapping = Mapping {
         population: &population,
         energy: &energy,
@@ -338,7 +329,7 @@ fn build(
 }
 
 /// The answer, what a reader must know, and where the rest is; with `verbose` the rest itself.
-fn told(summary: &MapSummary, folder: &Path, with_page: bool, verbose: bool) -> String {
+fn told(summary: &WrittenLandscape, folder: &Path, with_page: bool, verbose: bool) -> String {
     let mut text = summary.headline.clone();
     if with_page {
         let page = folder.join(report::PAGE);
@@ -402,7 +393,7 @@ pub(super) struct Written {
     pub(super) found: GraspLandscape,
     pub(super) unfinished: Unfinished,
     pub(super) watch: Watch,
-    pub(super) summary: MapSummary,
+    pub(super) summary: WrittenLandscape,
 }
 
 impl Mapping<'_> {
@@ -459,7 +450,16 @@ impl Mapping<'_> {
         if self.with_page {
             let known = self.population.grasps.iter();
             let held = known.filter_map(|grasp| Some((grasp.id, grasp.stable?)));
-            report::write_into(&unfinished.folder, &held.collect(), common)?;
+            let landscape = PageLandscape {
+                name: "",
+                files: &summary.files,
+                attempts: &summary
+                    .files
+                    .attempts(found.landscape.attempts.list.clone()),
+                held: &held.collect(),
+                energy: Some(self.energy),
+            };
+            report::write_into(&unfinished.folder, landscape, common)?;
         }
         Ok(Written {
             found,

@@ -1,24 +1,19 @@
 //! `landscape diff`: differences between two landscapes of one space.
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail, ensure};
 use clap::Args;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::args::Common;
 use super::input::open_landscape;
-use crate::cli::printing::{print, print_json};
-use crate::figure::number;
+use crate::cli::printing::{print_json, tell};
 use crate::object::Description;
 use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::{LandscapeFiles, Manifest};
-use crate::study::{self, Digits, GroupLevel, comparison_notes, median};
-use crate::topography::{
-    Evidence, Match, MatchTolerance, MergeChange, Minimum, MinimumId, NEIGHBOUR_REACH, Tree,
-    TreeDifference,
-};
+use crate::study::{self, GroupLevel, comparison_notes};
+use crate::topography::{Evidence, MatchTolerance, Minimum, MinimumId, Tree, TreeDifference};
 
 /// Compare two landscapes.
 #[derive(Debug, Args)]
@@ -47,9 +42,6 @@ which minima only one of the two has. A minimum without a match that has a neigh
 landscape, within five times that distance, is listed beside it: both may be ends of one flat valley, which descents from
 other grasps meet at other points. A note warns if the groups of the two landscapes were made at different levels.";
 
-/// Greatest number of rows of a table in the text.
-const SHOWN: usize = 20;
-
 /// One of two landscapes that are compared.
 pub(super) struct Side {
     name: String,
@@ -69,10 +61,15 @@ pub(super) fn run(command: &Diff, common: &Common) -> anyhow::Result<()> {
         value["after"] = json!(after.name);
         value["within"] = json!(reach);
         value["equal_energy"] = json!(equal_energy(&before).max(equal_energy(&after)));
-        value["group_note"] = json!(levels(&before, &after));
-        print_json(&value)?;
-    } else if !common.quiet {
-        print(&text(&before, &after, reach, &found));
+        let level = |side: &Side| GroupLevel::of(&side.manifest, None);
+        let levels = level(&before).zip(level(&after));
+        value["group_note"] = json!(levels.and_then(|(one, other)| {
+            GroupLevel::difference((&before.name, &one), (&after.name, &other))
+        }));
+        return print_json(&value);
+    }
+    if !common.quiet {
+        tell(common, &summary(&before, &after, reach, &found))?;
     }
     Ok(())
 }
@@ -219,227 +216,66 @@ fn surface_space(manifest: &Manifest) -> anyhow::Result<(Box<dyn Space + Send>, 
         .with_context(|| format!("the space of `{}` is not recorded", manifest.source.name))
 }
 
-fn text(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> String {
-    let minima = before.minima.iter().chain(&after.minima);
-    let digits = Digits::of(minima.map(|minimum| minimum.energy));
-    let length = |length: f64| {
-        if before.manifest.hand.is_some() {
-            format!("{} mm", number(1e3 * length))
-        } else {
-            Digits::of([length]).show(length)
-        }
-    };
-    let moved: Vec<f64> = (found.matches.iter())
-        .map(|matched| (matched.energies[1] - matched.energies[0]).abs())
+/// What a reader sees: how many minima correspond, and what differs most.
+fn summary(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> Value {
+    let mut energies: Vec<(f64, Value)> = (found.matches.iter())
+        .map(|pair| {
+            let change = pair.energies[1] - pair.energies[0];
+            let row = json!({
+                "before": named(pair.before),
+                "after": named(pair.after),
+                "energy": pair.energies[0],
+                "change": change,
+                "distance": pair.distance,
+            });
+            (change.abs(), row)
+        })
         .collect();
-    let mut lines = vec![
-        format!("# {} → {}\n", before.name, after.name),
-        format!(
-            "- {} in both (of {} and of {}; at most {} apart)",
-            are(found.matches.len()),
-            before.minima.len(),
-            after.minima.len(),
-            length(reach)
-        ),
-    ];
-    lines.extend(unmatched(before, after, found));
-    if let (Some(usual), Some(most)) = (
-        median(moved.clone()),
-        moved.iter().copied().reduce(f64::max),
-    ) {
-        lines.push(format!(
-            "- energies of corresponding minima moved by {} (median), {} at most",
-            digits.show(usual),
-            digits.show(most)
-        ));
-    }
-    let notes = notes(before, after);
-    lines.extend(notes.iter().map(|note| format!("- note: {note}")));
-    if found.matches.is_empty() {
-        lines.push(
-            "- there is nothing to compare: no two minima correspond (--within LENGTH says how near they must be)"
-                .to_owned(),
-        );
-        lines.extend(possible(found, (reach, &length)));
-        lines.push(String::new());
-        return lines.join("\n");
-    }
-    lines.extend(energies(found, digits));
-    lines.extend(merges(found, digits));
-    lines.extend(possible(found, (reach, &length)));
-    let only = |side: &Side| format!("Only in {}", side.name);
-    lines.extend(alone(
-        &only(before),
-        &before.minima,
-        &found.only_before,
-        digits,
-    ));
-    lines.extend(alone(
-        &only(after),
-        &after.minima,
-        &found.only_after,
-        digits,
-    ));
-    lines.push(String::new());
-    lines.join("\n")
-}
-
-/// `6 minima are`.
-fn are(minima: usize) -> String {
-    match minima {
-        1 => "1 minimum is".to_owned(),
-        several => format!("{several} minima are"),
-    }
-}
-
-/// How many minima only one of the two has, and how many may be those of the other.
-fn unmatched(before: &Side, after: &Side, found: &TreeDifference) -> Vec<String> {
-    let mut lines = Vec::new();
-    let matched = |of: fn(&Match) -> MinimumId| -> BTreeSet<MinimumId> {
-        found.matches.iter().map(of).collect()
-    };
-    let unmatched = |of: fn(&Match) -> MinimumId| -> BTreeSet<MinimumId> {
-        let matched = matched(of);
-        let possible = found.possible.iter().map(of);
-        possible.filter(|id| !matched.contains(id)).collect()
-    };
-    let [one, other] = [unmatched(|pair| pair.before), unmatched(|pair| pair.after)];
-    if !found.possible.is_empty() {
-        lines.push(format!(
-            "- {} of {} and {} of {} may be in both: they have a neighbour of equal energy there",
-            one.len(),
-            before.name,
-            other.len(),
-            after.name
-        ));
-    }
-    lines.push(format!(
-        "- {} only in {}, {} only in {}",
-        are(found.only_before.len()),
-        before.name,
-        found.only_after.len(),
-        after.name
-    ));
-    lines
-}
-
-/// Minima that may be those of the other landscape.
-fn possible(found: &TreeDifference, (reach, length): (f64, &dyn Fn(f64) -> String)) -> Vec<String> {
-    // A small difference of two energies that are equal within the tolerance needs its own digits.
-    let apart = |pair: &Match| (pair.energies[1] - pair.energies[0]).abs();
-    let rows = found.possible.iter().map(|pair| {
-        format!(
-            "| m{} may be m{}′ | {} | {} |",
-            pair.before.0,
-            pair.after.0,
-            number(apart(pair)),
-            length(pair.distance)
-        )
+    let mut merges: Vec<(f64, Value)> = (found.merges.iter())
+        .map(|merge| {
+            let change = merge.after.map(|after| after - merge.before);
+            let row = json!({
+                "lowest minima of the two sides": merge.ends.map(named),
+                "height": merge.before,
+                "change": change,
+                "apart": change.is_none(),
+            });
+            (change.map_or(f64::INFINITY, f64::abs), row)
+        })
+        .collect();
+    let possible = found.possible.iter().map(|pair| {
+        json!({
+            "minimum": format!("{} may be {}′", named(pair.before), named(pair.after)),
+            "apart in energy": (pair.energies[1] - pair.energies[0]).abs(),
+            "distance": pair.distance,
+        })
     });
-    let rows: Vec<String> = rows.collect();
-    if rows.is_empty() {
-        return rows;
-    }
-    let mut lines = table(
-        "May be the same (′: after)",
-        "| minimum | apart in energy | in place |\n|---|---|---|",
-        rows,
-    );
-    lines.push(format!(
-        "\nThe rule: no match within {}, but the nearest minimum of the other landscape with the same energy (within the tolerance \
-         of the maps) lies within {}. Ends of one flat valley look like this.",
-        length(reach),
-        length(NEIGHBOUR_REACH * reach)
-    ));
-    lines
+    json!({
+        "before": before.name,
+        "after": after.name,
+        "notes": notes(before, after),
+        "minima": [before.minima.len(), after.minima.len()],
+        "minima in both": found.matches.len(),
+        "within": reach,
+        (format!("only in {}", before.name)): all_named(&found.only_before),
+        (format!("only in {}", after.name)): all_named(&found.only_after),
+        "energies that moved most": most(&mut energies),
+        "merges that moved most": most(&mut merges),
+        "may be the same (equal energy, within five times that distance)": possible.collect::<Vec<_>>(),
+    })
 }
 
-/// Why the groups of the two cannot be compared, if they have any and this is so.
-fn levels(before: &Side, after: &Side) -> Option<String> {
-    let [one, other] = [before, after].map(|side| GroupLevel::of(&side.manifest, None));
-    GroupLevel::difference((&before.name, &one?), (&after.name, &other?))
+fn all_named(minima: &[MinimumId]) -> Vec<String> {
+    minima.iter().map(|minimum| named(*minimum)).collect()
 }
 
-fn energies(found: &TreeDifference, digits: Digits) -> Vec<String> {
-    let mut matches = found.matches.clone();
-    let change = |matched: &Match| matched.energies[1] - matched.energies[0];
-    matches.retain(|matched| change(matched).abs() > 0.0);
-    matches.sort_by(|a, b| change(b).abs().total_cmp(&change(a).abs()));
-    let lengths = Digits::of(matches.iter().map(|matched| matched.distance));
-    let rows = matches.iter().map(|matched| {
-        let [one, other] = matched.energies;
-        format!(
-            "| m{} | m{} | {} | {} | {} | {} |",
-            matched.before.0,
-            matched.after.0,
-            digits.show(one),
-            digits.show(other),
-            digits.change(other - one),
-            lengths.show(matched.distance)
-        )
-    });
-    table(
-        "Energies that moved most",
-        "| before | after | energy before | after | change | distance |\n|---|---|---|---|---|---|",
-        rows.collect(),
-    )
+fn named(minimum: MinimumId) -> String {
+    format!("m{}", minimum.0)
 }
 
-/// The merges with the largest changes, separated ones first.
-fn merges(found: &TreeDifference, digits: Digits) -> Vec<String> {
-    let mut merges = found.merges.clone();
-    let change = |merge: &MergeChange| {
-        merge
-            .after
-            .map_or(f64::INFINITY, |after| (after - merge.before).abs())
-    };
-    merges.retain(|merge| change(merge) > 0.0);
-    merges.sort_by(|a, b| change(b).total_cmp(&change(a)));
-    let rows = merges.iter().map(|merge| {
-        let [a, b] = merge.ends.map(|end| end.0);
-        match merge.after {
-            Some(after) => format!(
-                "| m{a}, m{b} | {} | {} | {} |",
-                digits.show(merge.before),
-                digits.show(after),
-                digits.change(after - merge.before)
-            ),
-            None => format!("| m{a}, m{b} | {} | apart | |", digits.show(merge.before)),
-        }
-    });
-    table(
-        "Merges that moved most",
-        "| lowest minima of the two sides (before) | height before | after | change |\n|---|---|---|---|",
-        rows.collect(),
-    )
-}
-
-fn alone(heading: &str, minima: &[Minimum], names: &[MinimumId], digits: Digits) -> Vec<String> {
-    let rows = names.iter().map(|name| {
-        let minimum = &minima[name.0];
-        format!(
-            "| m{} | {} | {} |",
-            name.0,
-            digits.show(minimum.energy),
-            minimum.members.len()
-        )
-    });
-    table(
-        heading,
-        "| minimum | energy | members |\n|---|---|---|",
-        rows.collect(),
-    )
-}
-
-fn table(heading: &str, head: &str, rows: Vec<String>) -> Vec<String> {
-    if rows.is_empty() {
-        return Vec::new();
-    }
-    let left_out = rows.len().saturating_sub(SHOWN);
-    let mut lines = vec![format!("\n## {heading}\n\n{head}")];
-    lines.extend(rows.into_iter().take(SHOWN));
-    if left_out > 0 {
-        lines.push(format!("\n… and {left_out} more (--json has all)"));
-    }
-    lines
+/// The rows that changed, those that changed most first.
+fn most(rows: &mut Vec<(f64, Value)>) -> Vec<&Value> {
+    rows.retain(|(change, _)| *change > 0.0);
+    rows.sort_by(|a, b| b.0.total_cmp(&a.0));
+    rows.iter().map(|(_, row)| row).collect()
 }

@@ -8,13 +8,11 @@ use clap::Args;
 
 use super::args::{Common, GroupBarrier};
 use super::input;
-use super::output::check_file;
+use super::output::{check_report, given_or_beside, write_report};
 use super::provenance::name_of;
 use super::run::Watch;
-use crate::cli::printing::{complain, print, print_json, shown};
 use crate::evaluation::taxonomy::Rule;
-use crate::figure::MAKER;
-use crate::store::{FileSet, GraspFile, LandscapeFiles};
+use crate::store::{GraspFile, LandscapeFiles};
 use crate::study::{
     DiversitySet, DiversitySettings, Run, StudyError, check_set_sizes, compare_diversity,
 };
@@ -78,62 +76,30 @@ pub(super) fn run(command: &Diversity, common: &Common) -> anyhow::Result<()> {
         command.resamplings
     );
     command.groups.checked()?;
-    let output = match &command.output {
-        Some(output) => output.clone(),
-        None => beside(&command.sets[0])?,
-    };
+    let output = given_or_beside(command.output.as_ref(), &command.sets[0], "diversity")?;
     let inputs: Vec<&Path> = command.sets.iter().map(PathBuf::as_path).collect();
-    let files = [".svg", ".png", ".json", ".md"].map(|ending| named(&output, ending));
-    for path in &files {
-        check_file(path, &inputs, common.force)?;
-    }
+    check_report(&output, &inputs, common.force)?;
     let names = names(&command.sets);
     let opened = (command.sets.iter())
         .map(|path| Opened::of(command, path, common))
         .collect::<anyhow::Result<Vec<_>>>()?;
     let sizes = names.iter().zip(&opened);
     check_set_sizes(sizes.map(|(name, set)| (name.as_str(), set.grasps())))?;
-    let watch = Watch::new(common.quiet);
-    let run = Run {
-        observer: &|news| watch.see(news),
-        ..Run::default()
-    };
-    let sets = (command.sets.iter().zip(&names).zip(&opened))
-        .map(|((path, name), set)| {
-            let counted = set.counted(command, path, name, &run);
+    let sets = Watch::over(common.quiet, |run| {
+        let sets = command.sets.iter().zip(&names).zip(&opened);
+        let count = |((path, name), set): ((&PathBuf, &String), &Opened)| {
+            let counted = set.counted(command, path, name, run);
             counted.with_context(|| path.display().to_string())
-        })
-        .collect::<anyhow::Result<Vec<_>>>();
-    watch.clear();
-    let sets = sets?;
+        };
+        sets.map(count).collect::<anyhow::Result<Vec<_>>>()
+    })?;
     let settings = DiversitySettings {
         resamplings: command.resamplings,
         seed: command.seed,
     };
     let found = compare_diversity(&sets, &settings)?;
-    let text = shown(&found.markdown());
-    let value = found.to_json();
-    let sheet = found.chart().draw()?;
-    let [svg, png, json, report] = &files;
-    let mut set = FileSet::default();
-    for path in [svg, png] {
-        set.add(path, &sheet.encode(path)?)?;
-    }
-    set.add(json, format!("{value:#}\n").as_bytes())?;
-    set.add(
-        report,
-        format!("{text}\n<!-- Made by {MAKER}. -->\n").as_bytes(),
-    )?;
-    set.finish()?;
-    if common.json {
-        print_json(&value)?;
-    } else if !common.quiet {
-        print(&text);
-    }
-    if !common.quiet {
-        complain(&format!("wrote {}", report.display()));
-    }
-    Ok(())
+    let (text, value) = (found.markdown(), found.to_json());
+    write_report(Some(&output), (&text, &value), Some(found.chart()), common)
 }
 
 /// What a path holds.
@@ -194,17 +160,4 @@ fn names(paths: &[PathBuf]) -> Vec<String> {
         .iter()
         .map(|path| path.display().to_string())
         .collect()
-}
-
-/// `NAME.diversity` beside the first set.
-fn beside(set: &Path) -> anyhow::Result<PathBuf> {
-    let stem = set.file_stem();
-    let stem = stem.with_context(|| format!("{} does not name a file or folder", set.display()))?;
-    Ok(set.with_file_name(format!("{}.diversity", stem.to_string_lossy())))
-}
-
-fn named(output: &Path, ending: &str) -> PathBuf {
-    let mut name = output.as_os_str().to_owned();
-    name.push(ending);
-    PathBuf::from(name)
 }

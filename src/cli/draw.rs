@@ -1,16 +1,16 @@
 //! `landscape draw`: draws a finished landscape again, with views applied.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, anyhow, ensure};
 use clap::{Args, ValueEnum};
 
 use super::args::{Common, GroupBarrier, minimum_named};
 use super::input::open_landscape;
-use super::output::{check_folder, make_folder};
+use super::output::{check_folder, given_or_beside, make_folder};
 use super::report::held;
-use crate::cli::printing::{complain, print_wrote};
+use crate::cli::printing::tell_path;
 use crate::figure::Leaf;
 use crate::store::{FileSet, MinimumRow, read_attempts};
 use crate::study::{
@@ -80,10 +80,6 @@ enum Differences {
     Category,
     /// The 33 types; of a grasp that several types fit about equally, the cell or the category.
     Type,
-    /// Power grasps of spheres, disks and cylinders, and precision grasps.
-    Power,
-    /// Sphere grasps, tripods and quadpods.
-    Spheres,
 }
 
 impl From<Differences> for Colouring {
@@ -91,8 +87,6 @@ impl From<Differences> for Colouring {
         match differences {
             Differences::Category => Self::Category,
             Differences::Type => Self::Type,
-            Differences::Power => Self::Power,
-            Differences::Spheres => Self::Spheres,
         }
     }
 }
@@ -138,10 +132,7 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
         levels: command.levels,
         picked: picked(&command.pick, files.minima.len())?,
     };
-    let output = match &command.output {
-        Some(output) => output.clone(),
-        None => beside(&command.landscape)?,
-    };
+    let output = given_or_beside(command.output.as_ref(), &command.landscape, "view")?;
     let mut inputs = vec![command.landscape.as_path()];
     inputs.extend(command.stability.as_deref());
     inputs.extend(command.values.as_deref());
@@ -161,26 +152,21 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
     let group_names = GroupName::of_manifest(&files.manifest)
         .into_iter()
         .filter(|_| as_mapped);
+    let attempts = read_attempts(&command.landscape, &files)?;
     let drawing = Drawing {
-        network: &network,
-        tree: &tree,
-        attempts: &read_attempts(&command.landscape, &files)?,
-        leaves,
+        attempts: Some(&attempts),
         group_of,
         group_names: group_names.map(|group| group.name).collect(),
-        titles: &titles,
         views,
         quantities: quantities(command, &files.minima)?,
         examples,
+        ..Drawing::new(&network, &tree, leaves, &titles)
     };
     let _made = make_folder(&output)?;
     let mut outputs = FileSet::default();
     drawing.write(&mut |name, bytes| outputs.add(&output.join(name), bytes))?;
     outputs.finish()?;
-    if !common.quiet {
-        complain(&format!("wrote {}", output.display()));
-    }
-    print_wrote(common, &[&output])
+    tell_path(common, &output)
 }
 
 /// The quantities that the flags name.
@@ -227,16 +213,6 @@ fn leaves(
 fn picked(names: &[String], count: usize) -> anyhow::Result<Vec<MinimumId>> {
     let number = |name: &String| minimum_named("pick", name, count);
     names.iter().map(number).collect()
-}
-
-/// `X.landscape` is drawn into `X.view`.
-fn beside(landscape: &Path) -> anyhow::Result<PathBuf> {
-    ensure!(
-        landscape.file_name().is_some(),
-        "{}: name the folder to write with --output",
-        landscape.display()
-    );
-    Ok(landscape.with_extension("view"))
 }
 
 fn leaf(minimum: &MinimumRow) -> Leaf {

@@ -11,7 +11,7 @@ use super::args::{Common, HandAndObject};
 use super::input;
 use super::output::{check_file, check_folder, make_folder};
 use super::run::Watch;
-use crate::cli::printing::{complain, print_json};
+use crate::cli::printing::tell_written;
 use crate::figure::Scene;
 use crate::grasp::Grasp;
 use crate::hand::Hand;
@@ -87,24 +87,31 @@ root is the frame of the hand's file (the world of an MJCF), in qpos and dexonom
 a free joint. A hand with a virtual wrist has the joints of that wrist in place of the free joint. The columns of the CSV form of qpos name the joints.
 `landscape import` reads csv and json without any change of the numbers, and dexgraspnet and dexonomy as well.";
 
-/// A kind of folder: the ending that its name gets, and that of the single file that may be written in its place.
-struct Folder {
-    ending: &'static str,
-    single: Option<&'static str>,
-}
-
 impl ExportFormat {
-    /// Whether it is a folder.
-    fn folder(self) -> Option<Folder> {
-        let folder = |ending, single| Some(Folder { ending, single });
+    /// Endings of the default output and of files that may be named; the ending of the files of a folder, if it is one.
+    fn endings(self) -> (&'static str, &'static [&'static str], Option<&'static str>) {
         match self {
-            Self::Glb => folder("scenes", Some("glb")),
-            Self::Usd => folder("usd", Some("usda")),
-            Self::Dexonomy => folder("dexonomy", Some("npy")),
-            Self::Mujoco => folder("mujoco", None),
-            Self::Urdf => folder("hand", None),
-            Self::Csv | Self::Json | Self::Dexgraspnet | Self::Qpos | Self::IsaacGrasp => None,
+            Self::Csv => ("csv", &["csv"], None),
+            Self::Json => ("json", &["json"], None),
+            Self::Dexgraspnet => ("npy", &["npy"], None),
+            Self::Qpos => ("qpos.csv", &["csv", "npy"], None),
+            Self::IsaacGrasp => ("isaac_grasp.yaml", &["yaml", "yml"], None),
+            Self::Glb => ("scenes", &[], Some("glb")),
+            Self::Usd => ("usd", &[], Some("usda")),
+            Self::Dexonomy => ("dexonomy", &[], Some("npy")),
+            Self::Mujoco => ("mujoco", &[], Some("xml")),
+            Self::Urdf => ("hand", &[], Some("urdf")),
         }
+    }
+
+    fn is_folder(self) -> bool {
+        self.endings().2.is_some()
+    }
+
+    /// Whether an output is a single file of a grasp in place of a folder.
+    fn is_single(self, output: &Path) -> bool {
+        let one = matches!(self, Self::Glb | Self::Usd | Self::Dexonomy);
+        one && ending(output).as_deref() == self.endings().2
     }
 
     /// Whether it writes a file of this name into its folder.
@@ -113,105 +120,62 @@ impl ExportFormat {
             return false;
         };
         let mesh = ending == "obj" && (stem.starts_with("link_") || stem.starts_with("object"));
+        let own = self.endings().2 == Some(ending);
         match self {
             Self::Mujoco => mesh || name == "scene.xml",
-            Self::Urdf => mesh || ending == "urdf",
-            _ => {
-                let single = self.folder().and_then(|folder| folder.single);
-                single == Some(ending) && stem.parse::<u64>().is_ok()
-            }
+            Self::Urdf => mesh || own,
+            _ => own && stem.parse::<u64>().is_ok(),
         }
     }
+}
 
-    /// Endings of its files.
-    fn endings(self) -> &'static [&'static str] {
-        match self {
-            Self::Csv => &["csv"],
-            Self::Json => &["json"],
-            Self::Dexgraspnet => &["npy"],
-            Self::Qpos => &["csv", "npy"],
-            Self::IsaacGrasp => &["yaml", "yml"],
-            _ => &[],
-        }
-    }
+fn ending(path: &Path) -> Option<String> {
+    let ending = path.extension()?;
+    Some(ending.to_string_lossy().to_lowercase())
 }
 
 pub(super) fn run(command: &Export, common: &Common) -> anyhow::Result<()> {
     let format = command.format;
     let output = output(command)?;
     let inputs = [command.grasps.as_path()];
-    let folder = format.folder().filter(|folder| !is_single(folder, &output));
-    if folder.is_some() {
-        check_folder(&output, &inputs, |name| format.writes(name), common)?;
-    } else {
+    let single = !format.is_folder() || format.is_single(&output);
+    if single {
         check_file(&output, &inputs, common.force)?;
+    } else {
+        check_folder(&output, &inputs, |name| format.writes(name), common)?;
     }
     let file = input::grasps(&command.grasps, &command.of, common)?;
-    for id in &command.grasp {
-        ensure!(
-            file.grasps.iter().any(|grasp| grasp.id == *id),
-            "--grasp {id}: {} has no grasp of this number",
-            command.grasps.display()
-        );
-    }
+    input::all_known("--grasp", &command.grasp, &file, &command.grasps)?;
     let chosen = |grasp: &&GraspRow| command.grasp.is_empty() || command.grasp.contains(&grasp.id);
     let grasps: Vec<&GraspRow> = file.grasps.iter().filter(chosen).collect();
-    let written = if format.folder().is_some() {
+    let written = if format.is_folder() {
         let files = files(format, &file, &grasps, common.quiet)?;
-        write_files(command, files, &output, folder.is_none())?
+        write_files(command, files, &output, single)?
     } else {
         write_atomic(&output, &bytes(format, &file, &grasps, &output)?)?;
         output.display().to_string()
     };
-    if !common.quiet {
-        complain(&format!("wrote {written}"));
-    }
-    if common.json {
-        // The hand alone has no grasps.
-        let count = if format == ExportFormat::Urdf {
-            0
-        } else {
-            grasps.len()
-        };
-        print_json(&json!({ "wrote": [output], "grasps": count }))?;
-    }
-    Ok(())
-}
-
-/// Whether an output is the single file that may be written in place of a folder.
-fn is_single(folder: &Folder, output: &Path) -> bool {
-    let ending = output.extension();
-    folder
-        .single
-        .is_some_and(|single| ending.is_some_and(|ending| ending.eq_ignore_ascii_case(single)))
+    // The hand alone has no grasps.
+    let count = match format {
+        ExportFormat::Urdf => 0,
+        _ => grasps.len(),
+    };
+    tell_written(
+        common,
+        &json!({ "wrote": [output], "grasps": count }),
+        &written,
+    )
 }
 
 fn output(command: &Export) -> anyhow::Result<PathBuf> {
-    let format = command.format;
-    let endings = format.endings();
+    let (default, endings, _) = command.format.endings();
     let Some(output) = &command.output else {
-        let stem = command
-            .grasps
-            .file_stem()
-            .context("--output: the file to write must be named")?;
-        let ending = match format {
-            ExportFormat::Qpos => "qpos.csv",
-            ExportFormat::IsaacGrasp => "isaac_grasp.yaml",
-            _ => match format.folder() {
-                Some(folder) => folder.ending,
-                None => endings[0],
-            },
-        };
-        return Ok(PathBuf::from(format!(
-            "{}.{ending}",
-            stem.to_string_lossy()
-        )));
+        let stem = command.grasps.file_stem();
+        let stem = stem.context("--output: the file to write must be named")?;
+        return Ok(format!("{}.{default}", stem.to_string_lossy()).into());
     };
-    let ending = output
-        .extension()
-        .map(|ending| ending.to_string_lossy().to_lowercase());
     ensure!(
-        endings.is_empty() || ending.is_some_and(|ending| endings.contains(&ending.as_str())),
+        endings.is_empty() || ending(output).is_some_and(|end| endings.contains(&end.as_str())),
         "--output {}: the name must end in .{}",
         output.display(),
         endings.join(" or .")
@@ -291,10 +255,7 @@ fn bytes(
         _ => {
             let hand = metadata.build_matching()?;
             let (columns, rows) = qpos(&hand, grasps);
-            if output
-                .extension()
-                .is_some_and(|ending| ending.eq_ignore_ascii_case("npy"))
-            {
+            if ending(output).as_deref() == Some("npy") {
                 qpos_npy(&rows)
             } else {
                 qpos_csv(&rows, &columns)
@@ -361,10 +322,7 @@ fn files(
                 six: squeezing_test(&file.metadata),
                 grasps: rows.iter().map(|row| (row.id, &row.grasp)).collect(),
             };
-            let watch = Watch::new(quiet);
-            let files = scene.files(&|news| watch.see(news));
-            watch.clear();
-            Ok(files?)
+            Ok(Watch::over(quiet, |run| scene.files(run.observer))?)
         }
         ExportFormat::Urdf => {
             let hand = one_hand(file, grasps)?.build_matching()?;

@@ -1,7 +1,6 @@
 //! `landscape hands`: built-in hands, and quantities derived from other hands.
 
 use std::cmp::Reverse;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -12,11 +11,10 @@ use serde_json::{Value, json};
 use super::args::Common;
 use super::input;
 use super::output::{check_picture, check_side_file, source_of};
-use crate::cli::printing::{complain, print, print_json};
+use crate::cli::printing::{complain, tell, tell_written};
 use crate::figure::{Image, Marker, Scene, Surface, contact_sheet_canvas};
-use crate::hand::{Ball, HAND_NAMES, Hand, JointKind, Link, LinkId, Motion, PosedHand, Skin};
-use crate::printable::counted;
-use crate::space::{PoseMetric, joints_of_mut};
+use crate::hand::{Ball, HAND_NAMES, Hand, JointKind, LinkId, PosedHand, Skin};
+use crate::space::joints_of_mut;
 use crate::store::FileSet;
 
 /// Hands.
@@ -48,16 +46,13 @@ pub(super) struct HandsInspect {
     /// Use its mirror image instead.
     #[arg(long)]
     mirror: bool,
-    /// Name of the picture, with or without .png; by default the name of the hand, in the current folder.
+    /// The picture to write, with or without .png; by default the name of the hand, in the current folder.
     #[arg(long, short, value_name = "NAME")]
     output: Option<PathBuf>,
     /// Write a side file (.json) that states all that is derived. A side file beside the description, with the same name, is
     /// read with it: what it states is not derived any more.
     #[arg(long, value_name = "FILE")]
     side_file: Option<PathBuf>,
-    /// The picture to write (.png), if it should have its own name.
-    #[arg(long, value_name = "FILE")]
-    picture: Option<PathBuf>,
 }
 
 const EXAMPLES: &str = "\
@@ -74,7 +69,7 @@ Examples:
 const SIDE: u32 = 420;
 /// Radius of the mark at a surface point, metres.
 const POINT_M: f64 = 1.2e-3;
-/// Colours of palm and digits, with their names in the table.
+/// Colours of palm and digits, with their names in the report.
 const COLOURS: [(&str, [u8; 3]); 6] = [
     ("grey", [120, 128, 140]),
     ("orange", [213, 80, 40]),
@@ -92,34 +87,21 @@ pub(super) fn run(command: &HandsCommand, common: &Common) -> anyhow::Result<()>
 }
 
 fn list(common: &Common) -> anyhow::Result<()> {
-    let mut hands = Vec::new();
-    let mut text = format!(
-        "{:<24}{:>7}{:>9}{:>9}  digits\n",
-        "name", "joints", "points", "capsules"
-    );
-    for name in HAND_NAMES {
+    let entry = |name: &&str| {
         let hand = Hand::named(name)?;
-        let _ = writeln!(
-            text,
-            "{name:<24}{:>7}{:>9}{:>9}  {}",
-            hand.joints.len(),
-            hand.surface.len(),
-            hand.capsules.len(),
-            hand.digits[1..].join(", ")
-        );
-        hands.push(json!({
+        Ok(json!({
             "name": name,
             "joints": hand.joints.len(),
             "points": hand.surface.len(),
             "capsules": hand.capsules.len(),
             "digits": hand.digits[1..],
-        }));
-    }
-    if common.json {
-        return print_json(&json!({ "hands": hands }));
-    }
-    print(&text);
-    Ok(())
+        }))
+    };
+    let hands = HAND_NAMES.iter().map(entry);
+    tell(
+        common,
+        &json!({ "hands": hands.collect::<anyhow::Result<Vec<Value>>>()? }),
+    )
 }
 
 fn inspect(command: &HandsInspect, common: &Common) -> anyhow::Result<()> {
@@ -128,7 +110,7 @@ fn inspect(command: &HandsInspect, common: &Common) -> anyhow::Result<()> {
         command.hand_folder.as_deref(),
         command.mirror,
     )?;
-    let picture = picture(command);
+    let picture = picture_named(command.output.as_deref(), &command.hand);
     let source = source_of(&command.hand, &HAND_NAMES, &picture);
     check_picture(&picture, &command.hand, &source, common.force)?;
     if let Some(side_file) = &command.side_file {
@@ -142,90 +124,38 @@ fn inspect(command: &HandsInspect, common: &Common) -> anyhow::Result<()> {
         ));
     }
     let hand = Hand::from_files(&files)?;
-    print(&table(&hand));
     let sheet = sheet(&hand);
     let (images, captions): (Vec<Image>, Vec<String>) = sheet.into_iter().unzip();
     let sheet = contact_sheet_canvas(&images, &captions, 3).made_of(source);
     let sheet = sheet.encode(&picture);
-    let sheet = sheet.with_context(|| format!("--picture {}", picture.display()))?;
+    let sheet = sheet.with_context(|| format!("--output {}", picture.display()))?;
     let mut outputs = FileSet::default();
     outputs.add(&picture, &sheet)?;
-    let mut written = picture.display().to_string();
     let mut wrote = vec![picture.as_path()];
     if let Some(side_file) = &command.side_file {
         outputs.add(side_file, files.side_file_of(&hand)?.as_bytes())?;
         wrote.push(side_file);
-        let _ = write!(written, " and {}", side_file.display());
     }
     outputs.finish()?;
-    if common.json {
-        print_json(&value(&hand, &wrote))?;
-    }
-    if !common.quiet {
-        complain(&format!("wrote {written}"));
-    }
-    Ok(())
+    let written: Vec<String> = wrote
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
+    tell_written(common, &value(&hand, &wrote), &written.join(" and "))
 }
 
-/// The picture to write.
-fn picture(command: &HandsInspect) -> PathBuf {
-    if let Some(picture) = &command.picture {
-        return picture.clone();
+/// The picture to write: the given name, or that of the input, with the ending .png.
+pub(super) fn picture_named(output: Option<&Path>, input: &str) -> PathBuf {
+    if let Some(output) = output.filter(|path| path.extension().is_some_and(|end| end == "png")) {
+        return output.to_owned();
     }
-    let mut name = match &command.output {
-        Some(output) if output.extension().is_some_and(|ending| ending == "png") => {
-            return output.clone();
-        }
-        Some(output) => output.as_os_str(),
-        None => Path::new(&command.hand).file_stem().unwrap_or_default(),
-    }
-    .to_owned();
+    let stem = || Path::new(input).file_stem().unwrap_or_default();
+    let mut name = output.map_or_else(stem, Path::as_os_str).to_owned();
     name.push(".png");
     name.into()
 }
 
-/// Text table of the derived quantities.
-fn table(hand: &Hand) -> String {
-    let mut text = format!(
-        "{}: {}, {}, {}, {}; self-penetration is checked in {} of capsules\n\n",
-        hand.name,
-        counted(hand.links.len(), "link"),
-        counted(hand.joints.len(), "joint"),
-        counted(hand.surface.len(), "surface point"),
-        counted(hand.capsules.len(), "capsule"),
-        counted(hand.self_pairs.len(), "pair")
-    );
-    digits(hand, &mut text);
-    joints(hand, &hand.pose_metric(), &mut text);
-    // Rounded first, so that no −0 is printed.
-    let vector = |v: &Vector3<f64>| {
-        let v = v.map(|part| (100.0 * part).round() / 100.0 + 0.0);
-        format!("({:.2}, {:.2}, {:.2})", v.x, v.y, v.z)
-    };
-    let palm = &hand.palm;
-    let centre = palm.centre.map(|part| (1e3 * part).round() + 0.0);
-    let _ = writeln!(
-        text,
-        "\npalm: centre ({:.0}, {:.0}, {:.0}) mm, faces {}, fingers point {}, an object is faced {:.0} mm toward them",
-        centre.x,
-        centre.y,
-        centre.z,
-        vector(&palm.volar),
-        vector(&palm.distal),
-        1e3 * palm.faced_m
-    );
-    for note in hand
-        .notes
-        .iter()
-        .cloned()
-        .chain(expense(hand, hand.balls()))
-    {
-        let _ = writeln!(text, "note: {note}");
-    }
-    text
-}
-
-/// The JSON document: the quantities of the table, in metres and radians.
+/// The report: derived quantities, in metres and radians.
 fn value(hand: &Hand, wrote: &[&Path]) -> Value {
     let links: Vec<Value> = (hand.links.iter().enumerate())
         .map(|(number, link)| {
@@ -238,6 +168,7 @@ fn value(hand: &Hand, wrote: &[&Path]) -> Value {
             json!({
                 "name": link.name,
                 "part": part,
+                "colour": if part == "arm" { None } else { Some(COLOURS[link.digit % COLOURS.len()].0) },
                 "points": points.clone().count(),
                 // An empty sum is −0.
                 "area_m2": points.map(|at| at.area_m2).sum::<f64>() + 0.0,
@@ -259,13 +190,7 @@ fn value(hand: &Hand, wrote: &[&Path]) -> Value {
                 "rest": hand.prior.rest_rad[number],
                 "deviation": hand.prior.deviations_rad[number],
                 "lever_m": metric.joint_levers_m[number],
-                "followers": followers(hand, number)
-                    .map(|(link, motion)| json!({
-                        "link": link.name,
-                        "ratio": motion.ratio,
-                        "offset": motion.offset,
-                    }))
-                    .collect::<Vec<_>>(),
+                "followers": followers(hand, number),
             })
         })
         .collect();
@@ -323,90 +248,22 @@ pub(super) fn expense(hand: &Hand, balls: &[Ball]) -> Vec<String> {
     notes
 }
 
-fn digits(hand: &Hand, text: &mut String) {
-    let _ = writeln!(
-        text,
-        "{:<12}{:>8}{:>12}{:>10}  {:<8}links",
-        "part", "points", "area, cm²", "capsules", "colour"
-    );
-    let arm = (0..hand.links.len()).any(|link| hand.is_arm(LinkId(link)));
-    let parts = (hand.digits.iter().enumerate()).map(|(digit, name)| (Some(digit), name.as_str()));
-    for (digit, name) in parts.chain(arm.then_some((None, "arm"))) {
-        let of_digit = |link: usize| {
-            let arm = hand.is_arm(LinkId(link));
-            digit.map_or(arm, |digit| !arm && hand.links[link].digit == digit)
-        };
-        let points = || hand.surface.iter().filter(|at| of_digit(at.link.0));
-        let capsules = hand.capsules.iter().filter(|c| of_digit(c.link.0)).count();
-        let links: Vec<&str> = (0..hand.links.len())
-            .filter(|&link| of_digit(link))
-            .map(|link| hand.links[link].name.as_str())
-            .collect();
-        // An empty sum is −0.
-        let area = points().map(|at| at.area_m2).sum::<f64>() + 0.0;
-        let colour = digit.map_or("–", |digit| COLOURS[digit % COLOURS.len()].0);
-        let _ = writeln!(
-            text,
-            "{name:<12}{:>8}{:>12.1}{capsules:>10}  {colour:<8}{}",
-            points().count(),
-            1e4 * area,
-            links.join(", ")
-        );
-    }
-}
-
-fn joints(hand: &Hand, metric: &PoseMetric, text: &mut String) {
-    let width = hand.joints.iter().map(|joint| joint.name.len()).max();
-    let width = width.unwrap_or(0).max(6) + 2;
-    let _ = writeln!(
-        text,
-        "\n{:<width$}{:>18}{:>9}{:>12}{:>16}",
-        "joint", "range", "rest", "deviation", "moves hand by"
-    );
-    for (j, joint) in hand.joints.iter().enumerate() {
-        let (factor, unit, per) = match joint.kind {
-            JointKind::Hinge => (1f64.to_degrees(), "°", "mm/rad"),
-            JointKind::Slide => (1e3, "mm", "mm/m"),
-        };
-        let [lower, upper] = joint.limits_rad.map(|limit| factor * limit);
-        let followers: Vec<String> = followers(hand, j).map(told_follower).collect();
-        let followers = match followers.as_slice() {
-            [] => String::new(),
-            told => format!("  followed by {}", told.join(", ")),
-        };
-        let _ = writeln!(
-            text,
-            "{:<width$}{:>18}{:>9}{:>12}{:>16}{followers}",
-            joint.name,
-            if joint.wraps {
-                "endless".to_owned()
-            } else {
-                format!("{lower:.0} … {upper:.0} {unit}")
-            },
-            format!("{:.0} {unit}", factor * hand.prior.rest_rad[j]),
-            format!("{:.0} {unit}", factor * hand.prior.deviations_rad[j]),
-            format!("{:.1} {per}", 1e3 * metric.joint_levers_m[j]),
-        );
-    }
-}
-
 /// The links that a joint moves besides its own, and how.
-fn followers(hand: &Hand, joint: usize) -> impl Iterator<Item = (&Link, &Motion)> {
+fn followers(hand: &Hand, joint: usize) -> Vec<Value> {
     let own = hand.joints[joint].link.0;
-    (hand.links.iter().enumerate())
-        .filter_map(|(number, link)| Some((number, link, link.motion.as_ref()?)))
-        .filter(move |(number, _, motion)| motion.joint == joint && *number != own)
-        .map(|(_, link, motion)| (link, motion))
-}
-
-/// A follower in the table.
-fn told_follower((link, motion): (&Link, &Motion)) -> String {
-    let offset = match motion.kind {
-        _ if motion.offset == 0.0 => String::new(),
-        JointKind::Hinge => format!(", offset {:.1} °", motion.offset.to_degrees()),
-        JointKind::Slide => format!(", offset {:.1} mm", 1e3 * motion.offset),
-    };
-    format!("{} (ratio {:.3}{offset})", link.name, motion.ratio)
+    let others = hand
+        .links
+        .iter()
+        .enumerate()
+        .filter(|(number, _)| *number != own);
+    let moved = others.filter_map(|(_, link)| {
+        let motion = link
+            .motion
+            .as_ref()
+            .filter(|motion| motion.joint == joint)?;
+        Some(json!({ "link": link.name, "ratio": motion.ratio, "offset": motion.offset }))
+    });
+    moved.collect()
 }
 
 /// The coordinates of the hand with all joints at a share of their ranges.
@@ -489,9 +346,12 @@ mod tests {
     #[test]
     fn joints_name_their_followers() {
         let hand = Hand::named("gripper_parallel").unwrap();
-        let text = table(&hand);
-        assert!(!text.contains("-0.00") && !text.contains("(-0,"), "{text}");
-        assert!(text.contains("followed by jaw_2 (ratio 1.000)"), "{text}");
+        let report = value(&hand, &[]);
+        let follower = &report["joints"][0]["followers"][0];
+        assert_eq!(
+            (&follower["link"], &follower["ratio"]),
+            (&json!("jaw_2"), &json!(1.0))
+        );
     }
 
     /// Three plates of two millimetres on hinges, thin boxes as in slow hands.
@@ -529,7 +389,8 @@ mod tests {
             note.contains(&pairs) && note.contains("link \"palm\" alone"),
             "{note}"
         );
-        assert!(table(&hand).contains(note));
+        let told = value(&hand, &[]);
+        assert!(told["notes"].as_array().unwrap().contains(&json!(note)));
         for name in HAND_NAMES {
             let hand = Hand::named(name).unwrap();
             assert!(expense(&hand, hand.balls()).is_empty(), "{name}");

@@ -6,7 +6,7 @@ use anyhow::Context;
 
 use super::args::{Common, HandAndObject, within};
 use crate::cli::printing::{complain, explain, is_new_warning};
-use crate::hand::{HAND_NAMES, HandFiles};
+use crate::hand::HandFiles;
 use crate::limits::{OBJECT_SCALE, WALL_THICKNESS};
 use crate::printable::counted;
 use crate::store::{GraspFile, HandMetadata, LandscapeFiles, ObjectMetadata, Overrides};
@@ -30,14 +30,7 @@ pub(super) fn hand(
 ) -> anyhow::Result<HandMetadata> {
     let files = hand_files(flag, folder, mirror)?;
     explain(|| {
-        let kind = if HAND_NAMES.contains(&flag) {
-            "built-in"
-        } else {
-            "own"
-        };
-        format!(
-            "hand {flag}: {kind}; its palm, digits and joint ranges are derived (`landscape hands inspect {flag}`)"
-        )
+        format!("hand {flag}: `landscape hands inspect {flag}` shows what is derived of it")
     });
     Ok(study::hand_metadata(flag, &files, mirror)?)
 }
@@ -119,29 +112,8 @@ pub(super) fn read(
     let (file, mut warnings) = study::read_grasps(path, overrides)?;
     warnings.extend(file.metadata.hands.iter().flat_map(HandMetadata::warnings));
     explain(|| {
-        let pairs: Vec<String> = (file.landscapes().iter())
-            .map(|pair| {
-                format!(
-                    "{} of the {} hand on {} at scale {}",
-                    pair.grasps.len(),
-                    pair.hand.name,
-                    pair.object.name,
-                    pair.scale
-                )
-            })
-            .collect();
-        let origin = match (hand_flag, object_flag) {
-            (None, None) => "described in the file",
-            (Some(_), None) => "the hand as --hand says",
-            (None, Some(_)) => "the object as --object says",
-            (Some(_), Some(_)) => "both as --hand and --object say",
-        };
-        format!(
-            "read {} from {} ({}; {origin})",
-            counted(file.grasps.len(), "grasp"),
-            path.display(),
-            pairs.join(", ")
-        )
+        let count = counted(file.grasps.len(), "grasp");
+        format!("read {count} from {}", path.display())
     });
     Ok((file, warnings))
 }
@@ -163,15 +135,8 @@ pub(super) fn read_lacking(
 pub(super) fn open_landscape(folder: &Path) -> anyhow::Result<LandscapeFiles> {
     let files = LandscapeFiles::read(folder)?;
     explain(|| {
-        let manifest = &files.manifest;
-        format!(
-            "read {} and {} from {}, made by version {} with `{}`",
-            counted(files.minima.len(), "minimum"),
-            counted(files.edges.len(), "connection"),
-            folder.display(),
-            manifest.program_version,
-            manifest.command
-        )
+        let minima = counted(files.minima.len(), "minimum");
+        format!("read {minima} from {}", folder.display())
     });
     Ok(files)
 }

@@ -9,8 +9,7 @@ use serde_json::{Value, json};
 use super::args::{Common, HandAndObject};
 use super::input;
 use super::output::check_file;
-use crate::cli::printing::{complain, print, print_json};
-use crate::printable::counted;
+use crate::cli::printing::{complain, tell_written};
 use crate::store::{GraspFile, JoinedFile, Source};
 
 /// Put files of grasps together.
@@ -75,16 +74,12 @@ pub(super) fn run(command: &Join, common: &Common) -> anyhow::Result<()> {
         .file
         .write(&output)
         .with_context(|| format!("cannot join into {}", output.display()))?;
-    if common.json {
-        print_json(&value(&files, &joined, &output))?;
-    }
     if !common.quiet {
         let notes = joined.notes.iter().cloned().chain(repeated(&joined));
         notes.for_each(|note| complain(&format!("note: {note}")));
-        print(&summary(&files, &joined));
-        complain(&format!("wrote {}", output.display()));
     }
-    Ok(())
+    let report = value(&files, &joined, &output);
+    tell_written(common, &report, &output.display().to_string())
 }
 
 /// A note on grasps that are there twice.
@@ -112,7 +107,7 @@ fn names<'a>(names: impl Iterator<Item = &'a String>) -> Vec<&'a str> {
     names.map(String::as_str).collect()
 }
 
-/// The JSON document.
+/// The report.
 fn value(files: &[(Source, GraspFile)], joined: &JoinedFile, output: &Path) -> Value {
     let metadata = &joined.file.metadata;
     let files = files.iter().map(|(source, file)| {
@@ -127,19 +122,4 @@ fn value(files: &[(Source, GraspFile)], joined: &JoinedFile, output: &Path) -> V
         "notes": joined.notes,
         "wrote": [output],
     })
-}
-
-fn summary(files: &[(Source, GraspFile)], joined: &JoinedFile) -> String {
-    let metadata = &joined.file.metadata;
-    let sizes: Vec<String> = (files.iter())
-        .map(|(source, file)| format!("{} {}", source.name, file.grasps.len()))
-        .collect();
-    format!(
-        "grasps   {} of {} ({})\nhands    {}\nobjects  {}",
-        joined.file.grasps.len(),
-        counted(files.len(), "file"),
-        sizes.join(", "),
-        names(metadata.hands.iter().map(|hand| &hand.name)).join(", "),
-        names(metadata.objects.iter().map(|object| &object.name)).join(", "),
-    )
 }

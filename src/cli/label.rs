@@ -6,17 +6,16 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::args::{Common, HandAndObject};
 use super::input;
 use super::output::check_file;
 use super::run::Watch;
-use crate::cli::printing::{complain, print, print_json};
-use crate::evaluation::taxonomy::{Category, Label, Rule, Taxonomy, Verdict, explain};
-use crate::printable::counted;
+use crate::cli::printing::{print, print_json, tell_written};
+use crate::evaluation::taxonomy::{Category, Label, Rule, Verdict, explain};
 use crate::store::{GraspFile, GraspRow};
-use crate::study::{HumanLabel, Run, given_labels, human_label, label_all, record_labels, tally};
+use crate::study::{HumanLabel, given_labels, human_label, label_all, record_labels, tally};
 
 /// Label grasps.
 #[derive(Debug, Args)]
@@ -83,13 +82,7 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
     }
 
     let wanted = |row: &GraspRow| command.explain.is_empty() || command.explain.contains(&row.id);
-    let watch = Watch::new(common.quiet);
-    let run = Run {
-        observer: &|news| watch.see(news),
-        ..Run::default()
-    };
-    let labels = label_all(&file, &rule, wanted, &run)?;
-    watch.clear();
+    let labels = Watch::over(common.quiet, |run| label_all(&file, &rule, wanted, run))?;
 
     if !command.explain.is_empty() {
         if common.json {
@@ -101,14 +94,8 @@ pub(super) fn run(command: &LabelCommand, common: &Common) -> anyhow::Result<()>
     file.metadata.remade_by(&common.provenance.command, inputs);
     record_labels(&mut file, &labels, &rule);
     file.write(&output)?;
-    if common.json {
-        print_json(&value(&file, &labels, &output))?;
-    }
-    if !common.quiet {
-        print(&summary(&file, &labels));
-        complain(&format!("wrote {}", output.display()));
-    }
-    Ok(())
+    let report = value(&file, &labels, &output);
+    tell_written(common, &report, &output.display().to_string())
 }
 
 fn check_outputs(command: &LabelCommand, output: &Path, common: &Common) -> anyhow::Result<()> {
@@ -189,178 +176,59 @@ fn explained(file: &GraspFile, labels: &BTreeMap<u64, Label>, rule: &Rule) -> Ve
     file.grasps.iter().filter_map(told).collect()
 }
 
-/// The JSON document.
+/// The report.
 fn value(file: &GraspFile, labels: &BTreeMap<u64, Label>, output: &Path) -> Value {
-    let counted = Counted(labels);
-    let labelled: Map<String, Value> = tally(labels.values().map(Label::text))
-        .into_iter()
-        .map(|(label, count)| (label, count.into()))
-        .collect();
+    let verdicts = labels.values().map(|label| match label.verdict {
+        Verdict::Listed(_) => "one_type",
+        Verdict::Ambiguous(_) => "cell",
+        Verdict::Broad(_) => "category",
+        Verdict::Unlisted => "unlisted",
+        Verdict::NotApplicable(_) => "not_applicable",
+    });
+    let kinds = ["one_type", "cell", "category", "unlisted", "not_applicable"];
+    let mut counted: BTreeMap<String, usize> = kinds.map(|kind| (kind.to_owned(), 0)).into();
+    counted.extend(tally(verdicts));
+    let why = labels.values().filter_map(|label| match label.verdict {
+        Verdict::NotApplicable(why) => Some(why.words()),
+        _ => None,
+    });
+    let why: Vec<String> = why.collect();
+    let categories = labels.values().filter_map(Label::listed_category);
     let grasps: Vec<Value> = (file.grasps.iter())
         .filter_map(|grasp| {
             let label = labels.get(&grasp.id)?;
             Some(json!({
                 "id": grasp.id,
                 "human": grasp.label,
+                "agrees": agrees(grasp, label),
                 "rule": label.text(),
                 "best": label.best_text(),
             }))
         })
         .collect();
     json!({
-        "verdicts": {
-            "one_type": counted.count(|verdict| matches!(verdict, Verdict::Listed(_))),
-            "cell": counted.count(|verdict| matches!(verdict, Verdict::Ambiguous(_))),
-            "category": counted.count(|verdict| matches!(verdict, Verdict::Broad(_))),
-            "unlisted": counted.count(|verdict| *verdict == Verdict::Unlisted),
-            "not_applicable": counted.count(|verdict| matches!(verdict, Verdict::NotApplicable(_))),
-        },
-        "labels": labelled,
+        "verdicts": counted,
+        "not_applicable_because": BTreeMap::from_iter(tally(why.iter().map(String::as_str))),
+        "categories": BTreeMap::from_iter(tally(categories.map(Category::name))),
+        "labels": BTreeMap::from_iter(tally(labels.values().map(Label::text))),
+        "agreeing": grasps.iter().filter(|grasp| grasp["agrees"] == true).count(),
+        "disagreeing": grasps.iter().filter(|grasp| grasp["agrees"] == false).count(),
         "grasps": grasps,
         "wrote": [output],
     })
 }
 
-/// Number of disagreements that are listed individually.
-const LISTED: usize = 20;
-
-/// Counts of types, cells and categories, and disagreements between human and rule.
-fn summary(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> String {
-    let counts = Counted(labels);
-    let parts = [
-        ("by the rule", counts.verdicts()),
-        (
-            "categories (of types, cells and categories)",
-            counts.categories(),
-        ),
-        (
-            "cells (category/opposition/virtual finger 2/thumb)",
-            counts.cells(),
-        ),
-        ("types", counts.types()),
-    ];
-    let mut text = counted(labels.len(), "grasp") + "\n";
-    for (title, lines) in parts.iter().filter(|(_, lines)| !lines.is_empty()) {
-        let _ = write!(text, "{title}\n{lines}");
-    }
-    text + &humans(file, labels)
-}
-
-/// Labels, to be counted.
-struct Counted<'a>(&'a BTreeMap<u64, Label>);
-
-impl Counted<'_> {
-    fn count(&self, test: impl Fn(&Verdict) -> bool) -> usize {
-        let labels = self.0.values();
-        labels.filter(|label| test(&label.verdict)).count()
-    }
-
-    /// A line with a count and its share of all labels.
-    fn line(&self, name: &str, count: usize) -> String {
-        let share = 100.0 * count as f64 / self.0.len().max(1) as f64;
-        format!("  {name:<34} {count:>6}  {share:>5.1} %\n")
-    }
-
-    fn verdicts(&self) -> String {
-        let listed = self.count(|verdict| matches!(verdict, Verdict::Listed(_)));
-        let ambiguous = self.count(|verdict| matches!(verdict, Verdict::Ambiguous(_)));
-        let broad = self.count(|verdict| matches!(verdict, Verdict::Broad(_)));
-        let unlisted = self.count(|verdict| *verdict == Verdict::Unlisted);
-        let inapplicable = self.count(|verdict| matches!(verdict, Verdict::NotApplicable(_)));
-        let mut text = [
-            self.line("of one type", listed),
-            self.line("known by cell only", ambiguous),
-            self.line("known by category only", broad),
-            self.line("unlisted", unlisted),
-            self.line("not applicable", inapplicable),
-        ]
-        .concat();
-        let reasons = self.0.values().filter_map(|label| match label.verdict {
-            Verdict::NotApplicable(why) => Some(why.words()),
-            _ => None,
-        });
-        let reasons: Vec<String> = reasons.collect();
-        for (why, count) in tally(reasons.iter().map(String::as_str)) {
-            let _ = writeln!(text, "    {count}: {why}");
-        }
-        text
-    }
-
-    fn categories(&self) -> String {
-        let categories = self.0.values().filter_map(Label::listed_category);
-        tally(categories.map(Category::name))
-            .iter()
-            .map(|(category, count)| self.line(category, *count))
-            .collect()
-    }
-
-    fn cells(&self) -> String {
-        let feix = Taxonomy::feix();
-        let is_of = |verdict: &Verdict, cell: &str| match verdict {
-            Verdict::Listed(number) | Verdict::Ambiguous(number) => feix
-                .numbered(*number)
-                .is_some_and(|entry| entry.cell == cell),
-            Verdict::Broad(_) | Verdict::Unlisted | Verdict::NotApplicable(_) => false,
-        };
-        let cells = feix.cells().into_iter();
-        let counts = cells.map(|cell| (cell, self.count(|verdict| is_of(verdict, cell))));
-        counts
-            .filter(|(_, count)| *count > 0)
-            .map(|(cell, count)| self.line(cell, count))
-            .collect()
-    }
-
-    fn types(&self) -> String {
-        let types = Taxonomy::feix().types.iter();
-        let counts = types.map(|entry| {
-            let name = format!("{:>2} {}", entry.number, entry.name);
-            let of_type = |verdict: &Verdict| *verdict == Verdict::Listed(entry.number);
-            (name, self.count(of_type))
-        });
-        counts
-            .filter(|(_, count)| *count > 0)
-            .map(|(name, count)| self.line(&name, count))
-            .collect()
-    }
-}
-
-/// Human labels, and disagreements with the rule.
-fn humans(file: &GraspFile, labels: &BTreeMap<u64, Label>) -> String {
-    let human = |grasp: &GraspRow| {
-        let told = grasp.label.clone().filter(|label| !label.is_empty())?;
-        let label = labels.get(&grasp.id)?;
-        let agrees = match human_label(&told) {
-            Some(HumanLabel::Type(entry)) => match label.verdict {
-                Verdict::Listed(number) => number == entry.number,
-                Verdict::Ambiguous(_) => label.text() == entry.cell,
-                Verdict::Broad(_) => label.text() == entry.category.name(),
-                Verdict::Unlisted | Verdict::NotApplicable(_) => false,
-            },
-            Some(HumanLabel::Unlisted) => label.verdict == Verdict::Unlisted,
-            None => false,
-        };
-        Some((grasp.id, told, label, agrees))
-    };
-    let told: Vec<_> = file.grasps.iter().filter_map(human).collect();
-    if told.is_empty() {
-        return String::new();
-    }
-    let disagree: Vec<_> = told.iter().filter(|(.., agrees)| !agrees).collect();
-    let mut text = format!(
-        "labelled by a human: {}, with which the rule agrees in {}\n",
-        told.len(),
-        told.len() - disagree.len()
-    );
-    for (id, told, label, _) in disagree.iter().take(LISTED) {
-        let _ = writeln!(
-            text,
-            "  grasp {id}: human {told}; rule {} ({})",
-            label.text(),
-            label.best_text()
-        );
-    }
-    if disagree.len() > LISTED {
-        let _ = writeln!(text, "  … and {} more", disagree.len() - LISTED);
-    }
-    text
+/// Whether the rule agrees with a human; `None` where no human has labelled the grasp.
+fn agrees(grasp: &GraspRow, label: &Label) -> Option<bool> {
+    let human = grasp.label.as_deref().filter(|label| !label.is_empty())?;
+    Some(match human_label(human) {
+        Some(HumanLabel::Type(entry)) => match label.verdict {
+            Verdict::Listed(number) => number == entry.number,
+            Verdict::Ambiguous(_) => label.text() == entry.cell,
+            Verdict::Broad(_) => label.text() == entry.category.name(),
+            Verdict::Unlisted | Verdict::NotApplicable(_) => false,
+        },
+        Some(HumanLabel::Unlisted) => label.verdict == Verdict::Unlisted,
+        None => false,
+    })
 }

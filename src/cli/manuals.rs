@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::args::Common;
 use super::output::{check_folder, make_folder};
-use crate::cli::printing::{complain, print, print_json};
+use crate::cli::printing::{print, print_json, tell_written};
 use crate::store::FileSet;
 
 /// Print a script for a shell.
@@ -63,19 +63,9 @@ pub(super) fn man(command: &Man, definition: &Command, common: &Common) -> anyho
         files.add(&output.join(name), page)?;
     }
     files.finish()?;
-    if common.json {
-        print_json(
-            &json!({ "wrote": pages.iter().map(|(name, _)| output.join(name)).collect::<Vec<_>>() }),
-        )?;
-    }
-    if !common.quiet {
-        complain(&format!(
-            "wrote {} pages into {}",
-            pages.len(),
-            output.display()
-        ));
-    }
-    Ok(())
+    let wrote: Vec<PathBuf> = pages.iter().map(|(name, _)| output.join(name)).collect();
+    let written = format!("{} pages into {}", pages.len(), output.display());
+    tell_written(common, &json!({ "wrote": wrote }), &written)
 }
 
 /// Name and text of the page of a command, and of those under it.

@@ -42,6 +42,7 @@ mod stability;
 mod surface;
 mod survey;
 mod synth;
+mod text;
 mod thermodynamics;
 
 use args::Common;

@@ -1,6 +1,5 @@
 //! `landscape objects inspect`: quantities derived from an object.
 
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -9,9 +8,10 @@ use nalgebra::Vector3;
 use serde_json::{Value, json};
 
 use super::args::{Common, within};
+use super::hands::picture_named;
 use super::output::{check_picture, check_side_file, source_of};
 use super::{input, progress};
-use crate::cli::printing::{complain, print, print_json};
+use crate::cli::printing::tell_written;
 use crate::figure::{Image, Scene, Surface, contact_sheet_canvas};
 use crate::limits::OBJECT_SCALE;
 use crate::object::{Description, FoundSymmetry, OBJECT_NAMES, Object, find_symmetry};
@@ -31,12 +31,9 @@ pub(super) struct ObjectsInspect {
     /// Make open surfaces, such as a sheet or a cup without walls, walls of this many millimetres (0.1 to 100).
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     thickness: Option<f64>,
-    /// Name of the picture, without .png; by default the name of the object, in the current folder.
+    /// The picture to write, with or without .png; by default the name of the object, in the current folder.
     #[arg(long, short, value_name = "NAME")]
     output: Option<PathBuf>,
-    /// The picture to write (.png), if it should have its own name.
-    #[arg(long, value_name = "FILE")]
-    picture: Option<PathBuf>,
     /// Write a description (.json) with the symmetry found. A description beside the mesh, with the same name, is read with
     /// it.
     #[arg(long, value_name = "FILE")]
@@ -78,13 +75,7 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
     if let Some(scale) = command.scale {
         within("--scale", OBJECT_SCALE, scale)?;
     }
-    let mut named = match &command.output {
-        Some(output) => output.as_os_str(),
-        None => Path::new(&command.object).file_stem().unwrap_or_default(),
-    }
-    .to_owned();
-    named.push(".png");
-    let picture = command.picture.clone().unwrap_or(named.into());
+    let picture = picture_named(command.output.as_deref(), &command.object);
     let source = source_of(&command.object, &OBJECT_NAMES, &picture);
     check_picture(&picture, &command.object, &source, common.force)?;
     if let Some(side_file) = &command.side_file {
@@ -103,18 +94,15 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
             100.0 * buried
         ));
     }
-    let tolerance_m = object.tolerance_m();
-    let found = find_symmetry(&object.mesh, &object.exact, tolerance_m);
+    let found = find_symmetry(&object.mesh, &object.exact, object.tolerance_m());
     working.finish_and_clear();
-    print(&table(&object, &found, tolerance_m));
     input::warn(&notes);
     let (images, captions): (Vec<Image>, Vec<String>) = sheet(&object).into_iter().unzip();
     let sheet = contact_sheet_canvas(&images, &captions, 3).made_of(source);
     let sheet = sheet.encode(&picture);
-    let sheet = sheet.with_context(|| format!("--picture {}", picture.display()))?;
+    let sheet = sheet.with_context(|| format!("--output {}", picture.display()))?;
     let mut outputs = FileSet::default();
     outputs.add(&picture, &sheet)?;
-    let mut written = picture.display().to_string();
     let mut wrote = vec![picture.as_path()];
     if let Some(side_file) = &command.side_file {
         let description = described(
@@ -125,16 +113,17 @@ pub(super) fn run(command: &ObjectsInspect, common: &Common) -> anyhow::Result<(
         let text = serde_json::to_string_pretty(&description)? + "\n";
         outputs.add(side_file, text.as_bytes())?;
         wrote.push(side_file);
-        let _ = write!(written, " and {}", side_file.display());
     }
     outputs.finish()?;
-    if common.json {
-        print_json(&value(&object, &found, &notes, &wrote))?;
-    }
-    if !common.quiet {
-        complain(&format!("wrote {written}"));
-    }
-    Ok(())
+    let written: Vec<String> = wrote
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
+    tell_written(
+        common,
+        &value(&object, &found, &notes, &wrote),
+        &written.join(" and "),
+    )
 }
 
 /// The description of the object, with the symmetry found if it declares none. `scale`: metres per unit of the mesh.
@@ -151,13 +140,14 @@ fn described(object: &Object, symmetry: Symmetry, scale: f64) -> Description {
     description
 }
 
-/// The JSON document: the quantities of the table, in metres and kilograms.
+/// The report: derived quantities, in metres and kilograms.
 fn value(object: &Object, found: &FoundSymmetry, notes: &[String], wrote: &[&Path]) -> Value {
     let mesh = &object.mesh;
     let [low, high] = mesh.bounds();
     let report = object.field_report.as_ref();
     json!({
         "name": object.name,
+        "size_m": (high - low).as_slice(),
         "low_m": low.as_slice(),
         "high_m": high.as_slice(),
         "triangles": mesh.triangles().len(),
@@ -178,89 +168,6 @@ fn value(object: &Object, found: &FoundSymmetry, notes: &[String], wrote: &[&Pat
         "notes": notes,
         "wrote": wrote,
     })
-}
-
-/// Text table of the derived quantities.
-fn table(object: &Object, found: &FoundSymmetry, tolerance_m: f64) -> String {
-    let mesh = &object.mesh;
-    let [low, high] = mesh.bounds();
-    let millimetres = |v: &Vector3<f64>, separator: &str| {
-        let sides = v.map(|side| format!("{:.1}", 1e3 * side));
-        sides.as_slice().join(separator)
-    };
-    let guessed = match object.description.mass_kg {
-        None => ", the usual density, because no mass is given",
-        Some(_) => "",
-    };
-    format!(
-        "name              {}\n\
-         size              {} mm, from ({}) mm\n\
-         surface           {}\n\
-         area, volume      {:.1} cm², {:.1} cm³\n\
-         mass              {:.3} kg ({:.0} kg/m³{guessed})\n\
-         centroid          ({}) mm, {:.1} mm to the farthest point\n\
-         thin              {:.0} % of the surface is thinner than a finger (15 mm)\n\
-         smooth field      {}\n\
-         symmetry declared {}\n\
-         symmetry found    {}\n",
-        object.name,
-        millimetres(&(high - low), " × "),
-        millimetres(&low, ", "),
-        surface(object),
-        1e4 * mesh.area_m2(),
-        1e6 * mesh.volume(),
-        object.mass_kg,
-        object.mass_kg / mesh.volume(),
-        millimetres(&object.centroid, ", "),
-        1e3 * object.radius_m,
-        100.0 * object.thin_share,
-        field(object),
-        told(&object.symmetry),
-        told_found(object, found, tolerance_m),
-    )
-}
-
-fn surface(object: &Object) -> String {
-    let mesh = &object.mesh;
-    let pieces = mesh.piece_count();
-    let overlapping = if mesh.overlaps() {
-        " that overlap or touch: what lies inside another counts as inside"
-    } else {
-        ""
-    };
-    format!(
-        "{} triangles, watertight, {}{overlapping}",
-        mesh.triangles().len(),
-        counted(pieces, "piece")
-    )
-}
-
-fn field(object: &Object) -> String {
-    match &object.field_report {
-        None => "a formula, exact".to_owned(),
-        Some(report) => format!(
-            "cells of {:.2} mm, within {:.3} mm of the mesh near the surface ({:.3} mm on its medial axis)",
-            1e3 * report.cell_m,
-            1e3 * report.max_error_m,
-            1e3 * report.max_error_anywhere_m
-        ),
-    }
-}
-
-fn told_found(object: &Object, found: &FoundSymmetry, tolerance_m: f64) -> String {
-    let mut text = told(&found.symmetry);
-    if found.symmetry != Symmetry::None {
-        let _ = write!(
-            text,
-            ", off by {:.2} mm at most ({:.2} mm count as equal)",
-            1e3 * found.deviation_m,
-            1e3 * tolerance_m
-        );
-        if object.symmetry == Symmetry::None {
-            text += "\n                  not used unless declared: --side-file writes it into a description";
-        }
-    }
-    text
 }
 
 fn told(symmetry: &Symmetry) -> String {

@@ -1,23 +1,20 @@
 //! `landscape objects`: built-in objects, and new ones from neural networks.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::{Args, Subcommand};
-use nalgebra::Vector3;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::args::{Common, within};
 use super::object_inspect;
 use super::output::check_file;
-use crate::cli::printing::{complain, print, print_json};
+use crate::cli::printing::{complain, tell};
 use crate::figure::MAKER;
 use crate::limits::OBJECT_SCALE;
-use crate::object::neural::{
-    Decoder, Network, NeuralField, Specs, Surface, SurfaceSettings, Tensors,
-};
+use crate::object::neural::{Decoder, Network, NeuralField, Specs, SurfaceSettings, Tensors};
 use crate::object::{Description, OBJECT_NAMES, Object};
+use crate::printable::counted;
 use crate::space::Symmetry;
 use crate::store::write_atomic;
 
@@ -88,39 +85,25 @@ pub(super) fn run(command: &ObjectsCommand, common: &Common) -> anyhow::Result<(
 }
 
 fn list(common: &Common) -> anyhow::Result<()> {
-    let mut objects = Vec::new();
-    let mut text = format!(
-        "{:<18}{:>18}{:>10}  symmetry\n",
-        "name", "size, mm", "mass, kg"
-    );
-    for name in OBJECT_NAMES {
+    let entry = |name: &&str| {
         let (mesh, description) = Object::parts_of_named(name)?;
         let [low, high] = mesh.bounds();
-        let size = (high - low).map(|side| format!("{:.0}", 1e3 * side));
-        let size = size.as_slice().join(" × ");
-        let mass = description
-            .mass_kg
-            .map_or_else(String::new, |mass| format!("{mass:.3}"));
         let symmetry = match &description.symmetry {
             Symmetry::None => "none".to_owned(),
             Symmetry::Axis { .. } => "axis".to_owned(),
             Symmetry::Sphere { .. } => "sphere".to_owned(),
-            Symmetry::Finite(motions) if motions.len() == 1 => "one motion".to_owned(),
-            Symmetry::Finite(motions) => format!("{} motions", motions.len()),
+            Symmetry::Finite(motions) => counted(motions.len(), "motion"),
         };
-        let _ = writeln!(text, "{name:<18}{size:>18}{mass:>10}  {symmetry}");
-        objects.push(json!({
+        Ok(json!({
             "name": name,
             "size_m": (high - low).as_slice(),
             "mass_kg": description.mass_kg,
             "symmetry": symmetry,
-        }));
-    }
-    if common.json {
-        return print_json(&json!({ "objects": objects }));
-    }
-    print(&text);
-    Ok(())
+        }))
+    };
+    let objects = OBJECT_NAMES.iter().map(entry);
+    let objects = objects.collect::<anyhow::Result<Vec<Value>>>()?;
+    tell(common, &json!({ "objects": objects }))
 }
 
 /// Rejects invalid arguments before any work.
@@ -184,11 +167,16 @@ fn bake(command: &Bake, common: &Common) -> anyhow::Result<()> {
     ));
     // Loads the object like `--object`, so that its field is in the cache afterwards.
     let object = Object::load(&command.output)?;
-    if common.json {
-        let report = object.field_report.as_ref();
-        print_json(&json!({
+    if common.quiet && !common.json {
+        return Ok(());
+    }
+    let report = object.field_report.as_ref();
+    let [low, high] = surface.mesh.bounds();
+    tell(
+        common,
+        &json!({
             "name": object.name,
-            "size_m": size(&surface).as_slice(),
+            "size_m": (high - low).as_slice(),
             "mass_kg": object.mass_kg,
             "triangles": surface.mesh.triangles().len(),
             "network_at_vertices_m": surface.residual_m,
@@ -196,12 +184,8 @@ fn bake(command: &Bake, common: &Common) -> anyhow::Result<()> {
             "field_cell_m": report.map(|report| report.cell_m),
             "field_error_m": report.map(|report| report.max_error_m),
             "wrote": [&command.output],
-        }))?;
-    }
-    if !common.quiet {
-        print(&summary(&surface, &object));
-    }
-    Ok(())
+        }),
+    )
 }
 
 fn read(command: &Bake) -> anyhow::Result<NeuralField<f32>> {
@@ -225,34 +209,4 @@ fn read(command: &Bake) -> anyhow::Result<NeuralField<f32>> {
         Network::new(&decoder, &code)?,
         command.scale,
     )?)
-}
-
-/// Lengths of the sides of a surface, metres.
-fn size(surface: &Surface) -> Vector3<f64> {
-    let [low, high] = surface.mesh.bounds();
-    high - low
-}
-
-fn summary(surface: &Surface, object: &Object) -> String {
-    let size = size(surface).map(|side| format!("{:.1}", 1e3 * side));
-    let mut text = format!(
-        "size                 {} mm\nmass                 {:.3} kg at 500 kg/m³\ntriangles            {}\n\
-         network at vertices  {:.4} mm at most\n",
-        size.as_slice().join(" × "),
-        object.mass_kg,
-        surface.mesh.triangles().len(),
-        1e3 * surface.residual_m,
-    );
-    if surface.crumbs > 0 {
-        let _ = writeln!(text, "left out             {} small pieces", surface.crumbs);
-    }
-    if let Some(report) = &object.field_report {
-        let _ = writeln!(
-            text,
-            "smooth field         cells of {:.1} mm, within {:.2} mm of the mesh near the surface",
-            1e3 * report.cell_m,
-            1e3 * report.max_error_m
-        );
-    }
-    text
 }

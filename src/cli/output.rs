@@ -8,8 +8,10 @@ use anyhow::{Context, ensure};
 use serde_json::Value;
 
 use super::args::Common;
+use crate::cli::printing::{shown, tell_text};
 use crate::figure::MAKER;
-use crate::store::{GraspFile, content_hash};
+use crate::figure::chart::Chart;
+use crate::store::{FileSet, GraspFile, content_hash};
 
 /// Number of bytes at each end of a file that are searched for its maker.
 const LOOKED_AT: u64 = 4096;
@@ -33,6 +35,66 @@ pub(super) fn check_file(output: &Path, inputs: &[&Path], force: bool) -> anyhow
         output.display()
     );
     Ok(())
+}
+
+/// A name with an ending after it.
+pub(super) fn with_ending(output: &Path, ending: &str) -> PathBuf {
+    let mut name = output.as_os_str().to_owned();
+    name.push(format!(".{ending}"));
+    name.into()
+}
+
+/// The given output, or the name of the input, in its folder, with another ending.
+pub(super) fn given_or_beside(
+    output: Option<&PathBuf>,
+    input: &Path,
+    ending: &str,
+) -> anyhow::Result<PathBuf> {
+    if let Some(output) = output {
+        return Ok(output.clone());
+    }
+    ensure!(
+        input.file_name().is_some(),
+        "{}: name the output with --output",
+        input.display()
+    );
+    Ok(input.with_extension(ending))
+}
+
+/// Rejects the files of [`write_report`] as [`check_file`] does.
+pub(super) fn check_report(output: &Path, inputs: &[&Path], force: bool) -> anyhow::Result<()> {
+    let mut files = ["svg", "png", "json", "md"]
+        .map(|end| with_ending(output, end))
+        .into_iter();
+    files.try_for_each(|file| check_file(&file, inputs, force))
+}
+
+/// Prints a report, and writes it as text (.md) and JSON, with its chart (.svg, .png), if there is an output.
+pub(super) fn write_report(
+    output: Option<&Path>,
+    (text, value): (&str, &Value),
+    chart: Option<Chart>,
+    common: &Common,
+) -> anyhow::Result<()> {
+    let text = shown(text);
+    if let Some(output) = output {
+        let mut files = FileSet::default();
+        if let Some(chart) = chart {
+            let sheet = chart.draw()?;
+            for path in ["svg", "png"].map(|ending| with_ending(output, ending)) {
+                files.add(&path, &sheet.encode(&path)?)?;
+            }
+        }
+        files.add(
+            &with_ending(output, "json"),
+            format!("{value:#}\n").as_bytes(),
+        )?;
+        let signed = format!("{text}\n<!-- Made by {MAKER}. -->\n");
+        files.add(&with_ending(output, "md"), signed.as_bytes())?;
+        files.finish()?;
+    }
+    let written = output.map(|output| with_ending(output, "md").display().to_string());
+    tell_text(common, (&text, value), written.as_deref())
 }
 
 /// Rejects a picture as [`check_file`] does, and (without `--force`) if it shows something else than `source`, which is what

@@ -124,6 +124,9 @@ pub(super) fn print(text: &str) {
 
 fn put(text: &str) {
     let text = printable(text.trim_end(), OURS);
+    if text.is_empty() {
+        return;
+    }
     if let Some(taken) = &mut *TAKEN.lock().unwrap_or_else(PoisonError::into_inner) {
         taken.push_str(&text);
         taken.push('\n');
@@ -146,12 +149,51 @@ pub(super) fn print_json(document: &impl Serialize) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Prints the paths of what was written as JSON, if a JSON document is wanted. For commands that have nothing else to tell.
-pub(super) fn print_wrote(common: &Common, paths: &[&Path]) -> anyhow::Result<()> {
+/// Prints the report of a command: the JSON document, or a text made from it.
+pub(super) fn tell(common: &Common, report: &impl Serialize) -> anyhow::Result<()> {
     if common.json {
-        print_json(&json!({ "wrote": paths }))?;
+        return print_json(report);
+    }
+    print(&super::text::text(&serde_json::to_value(report)?));
+    Ok(())
+}
+
+/// Prints the report of a command that wrote `written`; a quiet one prints the JSON document only.
+pub(super) fn tell_written(
+    common: &Common,
+    report: &impl Serialize,
+    written: &str,
+) -> anyhow::Result<()> {
+    let report = serde_json::to_value(report)?;
+    let text = super::text::text(&report);
+    tell_text(common, (&text, &report), Some(written))
+}
+
+/// Prints a report with a text of its own: a quiet command prints the JSON document only. Says what was written.
+pub(super) fn tell_text(
+    common: &Common,
+    (text, report): (&str, &Value),
+    written: Option<&str>,
+) -> anyhow::Result<()> {
+    if common.json {
+        print_json(report)?;
+    }
+    if !common.quiet {
+        print(text);
+        if let Some(written) = written {
+            complain(&format!("wrote {written}"));
+        }
     }
     Ok(())
+}
+
+/// Says what was written. The JSON document, if one is wanted, has the path.
+pub(super) fn tell_path(common: &Common, path: &Path) -> anyhow::Result<()> {
+    tell_written(
+        common,
+        &json!({ "wrote": [path] }),
+        &path.display().to_string(),
+    )
 }
 
 /// Prints what JSON documents tell of finished landscapes, if one is wanted. The rest is in their landscape.json.

@@ -2,20 +2,19 @@
 
 use std::fs;
 use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 
 use super::args::{Common, GroupBarrier};
-use super::output::check_file;
+use super::output::{check_report, write_report};
 use super::progress::spelled;
 use super::run::Watch;
 use super::thermodynamics::check_temperature;
-use crate::cli::printing::{complain, print, print_json};
+use crate::cli::printing::complain;
 use crate::printable::{counted, numbered};
-use crate::store::FileSet;
 use crate::study::{Kinetics, KineticsSettings, NetworkOfStates};
 use crate::thermal::{Core, Dynamics, Watching};
 
@@ -98,12 +97,8 @@ pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
         "--pathways {}: at most {MOST} are listed",
         command.pathways
     );
-    let files = command
-        .output
-        .as_ref()
-        .map(|output| ["svg", "png", "json", "md"].map(|ending| named(output, ending)));
-    for path in files.iter().flatten() {
-        check_file(path, &[&command.landscape], common.force)?;
+    if let Some(output) = &command.output {
+        check_report(output, &[&command.landscape], common.force)?;
     }
     let mut states = NetworkOfStates::open(&command.landscape, &command.groups.settings())?;
     if command.without_faces {
@@ -132,25 +127,12 @@ pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
     let found = Kinetics::new(&states, (&from, &to), &settings, &watching)?;
     watch.lap("eliminate", 0);
     let (text, value) = (found.markdown(), found.to_json());
-    if let Some([svg, png, json, report]) = &files {
-        let sheet = found.chart().draw()?;
-        let mut set = FileSet::default();
-        for path in [svg, png] {
-            set.add(path, &sheet.encode(path)?)?;
-        }
-        set.add(json, format!("{value:#}\n").as_bytes())?;
-        set.add(report, text.as_bytes())?;
-        set.finish()?;
-    }
-    if common.json {
-        print_json(&value)?;
-    } else if !common.quiet {
-        print(&text);
-    }
-    if let (Some([_, _, _, report]), false) = (&files, common.quiet) {
-        complain(&format!("wrote {}", report.display()));
-    }
-    Ok(())
+    write_report(
+        command.output.as_deref(),
+        (&text, &value),
+        Some(found.chart()),
+        common,
+    )
 }
 
 /// Shorter waits are not announced, in seconds.
@@ -226,11 +208,4 @@ fn chosen(flag: &str, names: &[String], states: &NetworkOfStates) -> anyhow::Res
     chosen.sort_unstable();
     chosen.dedup();
     Ok(chosen)
-}
-
-fn named(output: &Path, ending: &str) -> PathBuf {
-    let mut name = output.as_os_str().to_owned();
-    name.push(".");
-    name.push(ending);
-    PathBuf::from(name)
 }

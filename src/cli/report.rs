@@ -10,13 +10,16 @@ use clap::Args;
 use super::args::{Common, HandAndObject};
 use super::diff::{Side, between, notes};
 use super::input::{self, open_landscape};
-use super::output::check_file;
+use super::output::{check_file, given_or_beside};
 use super::provenance::name_of;
 use super::run::Watch;
-use crate::cli::printing::{complain, print_wrote};
+use crate::cli::printing::{complain, tell_path};
 use crate::evaluation::taxonomy::Rule;
 use crate::store::{AtomicFolder, GraspFile, LandscapeFiles, read_attempts, write_atomic};
-use crate::study::{PageGrasps, PageLandscape, Run, grasp_page, label_all, landscape_page};
+use crate::study::{
+    PageGrasps, PageLandscape, WrittenLandscape, grasp_page, label_all, landscape_page,
+};
+use crate::topography::{Attempt, Attempts};
 
 /// Name of the page in the folder of a landscape.
 pub(super) const PAGE: &str = "report.html";
@@ -71,7 +74,12 @@ keyboard; it saves labels.csv, which `landscape label grasps.parquet --from labe
 landscape as report.html into its folder.";
 
 pub(super) fn run(command: &Report, common: &Common) -> anyhow::Result<()> {
-    let output = output(command)?;
+    let ending = if command.shown.is_dir() {
+        "report.html"
+    } else {
+        "grasps.html"
+    };
+    let output = given_or_beside(command.output.as_ref(), &command.shown, ending)?;
     let mut inputs = vec![command.shown.as_path()];
     inputs.extend(command.other.as_deref());
     inputs.extend(command.stability.as_deref());
@@ -83,33 +91,11 @@ pub(super) fn run(command: &Report, common: &Common) -> anyhow::Result<()> {
     };
     write_atomic(&output, page.as_bytes())
         .with_context(|| format!("cannot write {}", output.display()))?;
-    if !common.quiet {
-        complain(&format!("wrote {}", output.display()));
-    }
-    print_wrote(common, &[&output])?;
+    tell_path(common, &output)?;
     if command.open {
         open(&output)?;
     }
     Ok(())
-}
-
-/// The given output, or the default one beside the input.
-fn output(command: &Report) -> anyhow::Result<PathBuf> {
-    if let Some(output) = &command.output {
-        return Ok(output.clone());
-    }
-    let shown = &command.shown;
-    ensure!(
-        shown.file_name().is_some(),
-        "{}: name the file to write with --output",
-        shown.display()
-    );
-    let ending = if shown.is_dir() {
-        "report.html"
-    } else {
-        "grasps.html"
-    };
-    Ok(shown.with_extension(ending))
 }
 
 fn of_landscapes(command: &Report, common: &Common) -> anyhow::Result<String> {
@@ -157,7 +143,7 @@ fn of_landscapes(command: &Report, common: &Common) -> anyhow::Result<String> {
 struct Opened {
     name: String,
     files: LandscapeFiles,
-    attempts: crate::topography::Attempts,
+    attempts: Attempts,
 }
 
 impl Opened {
@@ -176,6 +162,7 @@ impl Opened {
             files: &self.files,
             attempts: &self.attempts,
             held,
+            energy: None,
         }
     }
 }
@@ -205,13 +192,8 @@ fn of_grasps(command: &Report, common: &Common) -> anyhow::Result<String> {
         "--stability: not needed, because the file of grasps already contains the outcomes"
     );
     let file = input::grasps(&command.shown, &command.of, common)?;
-    let watch = Watch::new(common.quiet);
-    let run = Run {
-        observer: &|news| watch.see(news),
-        ..Run::default()
-    };
-    let labels = label_all(&file, Rule::standard(), |_| true, &run)?;
-    watch.clear();
+    let rule = Rule::standard();
+    let labels = Watch::over(common.quiet, |run| label_all(&file, rule, |_| true, run))?;
     let grasps = PageGrasps {
         name: &name_of(&command.shown),
         file: &file,
@@ -220,18 +202,33 @@ fn of_grasps(command: &Report, common: &Common) -> anyhow::Result<String> {
     Ok(grasp_page(grasps, &common.provenance.command)?)
 }
 
-/// Writes the page of the landscape whose tables are in `folder`. The page does not tell the name of the folder, as its other
-/// files do not; it takes that from its own address.
+/// Writes the page of a landscape into its folder. The page does not tell the name of the folder, as its other files do not;
+/// it takes that from its own address.
 pub(super) fn write_into(
     folder: &AtomicFolder,
-    held: &BTreeMap<u64, bool>,
+    landscape: PageLandscape<'_>,
     common: &Common,
 ) -> anyhow::Result<()> {
-    let mut opened = Opened::read(folder.path())?;
-    opened.name.clear();
-    let page = landscape_page(opened.shown(held), None, &common.provenance.command)?;
+    let page = landscape_page(landscape, None, &common.provenance.command)?;
     folder.write(PAGE, page.as_bytes())?;
     Ok(())
+}
+
+/// The same of a landscape of a surface.
+pub(super) fn write_surface(
+    folder: &AtomicFolder,
+    written: &WrittenLandscape,
+    attempts: &[Attempt],
+    common: &Common,
+) -> anyhow::Result<()> {
+    let landscape = PageLandscape {
+        name: "",
+        files: &written.files,
+        attempts: &written.files.attempts(attempts.to_vec()),
+        held: &BTreeMap::new(),
+        energy: None,
+    };
+    write_into(folder, landscape, common)
 }
 
 /// Opens a file with the program that the system has for it.

@@ -9,7 +9,7 @@ use super::{interruption, progress};
 use crate::cli::printing::{complain, explain, print};
 use crate::printable::counted;
 use crate::store::{AtomicFolder, Journal, Machine, Phase as Timing, StoreError, Timings};
-use crate::topography::{self, GuardedJournal, Phase, Progress};
+use crate::topography::{self, GuardedJournal, Phase, Progress, Run};
 
 /// The folder of a run with its journal.
 pub(super) struct Unfinished {
@@ -178,6 +178,18 @@ impl Watch {
             started: Instant::now(),
             phases: Mutex::default(),
         }
+    }
+
+    /// Does `work` with a run that keeps nothing, and shows its progress unless `quiet`.
+    pub(super) fn over<T>(quiet: bool, work: impl FnOnce(&Run<'_>) -> T) -> T {
+        let watch = Self::new(quiet);
+        let run = Run {
+            observer: &|news| watch.see(news),
+            ..Run::default()
+        };
+        let done = work(&run);
+        watch.clear();
+        done
     }
 
     /// Shows progress; called from any thread.

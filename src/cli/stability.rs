@@ -1,20 +1,19 @@
 //! `landscape stability`: simulates the grasps of a file in a physics engine.
 
-use std::fmt::Write;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::args::{Again, Common, HandAndObject};
 use super::input;
 use super::output::check_file;
 use super::run::{Watch, open_journal, stoppable};
-use crate::cli::printing::{complain, explain, print, print_json};
-use crate::evaluation::stability::{Drop, Fit, Protocol, SixDirections};
-use crate::printable::counted;
-use crate::study::{ObjectFit, Run, Simulation, simulate_all, simulation_fingerprint, tally};
+use crate::cli::printing::{explain, tell_written};
+use crate::evaluation::stability::{Drop, Protocol, SixDirections};
+use crate::study::{Run, Simulation, simulate_all, simulation_fingerprint, tally};
 
 /// Simulate grasps.
 #[derive(Debug, Args)]
@@ -28,9 +27,6 @@ pub(super) struct Stability {
     /// Your own protocol (TOML): `protocol = "drop"` or `"six-directions"` and any of its numbers.
     #[arg(long = "config", value_name = "FILE")]
     settings: Option<PathBuf>,
-    /// Write the protocol with all its numbers to standard output, and do nothing else.
-    #[arg(long)]
-    print_protocol: bool,
     /// The file to write; by default the name of the grasps with the ending `.stability.parquet`.
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -66,7 +62,7 @@ pub(super) const EXAMPLES: &str = "\
 Examples:
   landscape stability grasps.parquet                       grasps.stability.parquet: the same with a column `stable`
   landscape stability grasps.parquet --protocol six-directions -o held.parquet
-  landscape stability grasps.parquet --print-protocol > mine.toml
+  landscape config stability > mine.toml                   the protocol with all its numbers
   landscape stability grasps.parquet --config mine.toml    a protocol of your own
 
 Protocols (rigid bodies, Coulomb friction, the Rapier engine in its deterministic mode):
@@ -88,13 +84,6 @@ given again.";
 
 pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     let protocol = protocol(command)?;
-    if command.print_protocol {
-        if common.json {
-            return print_json(&protocol);
-        }
-        print(&toml::to_string(&protocol)?);
-        return Ok(());
-    }
     let output = command
         .output
         .clone()
@@ -107,13 +96,7 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
 
     let fingerprint = simulation_fingerprint(&file, &protocol)?;
     let journal = open_journal(&output, &fingerprint, &command.again, common.quiet)?;
-    explain(|| {
-        let origin = match &command.settings {
-            Some(path) => format!("from {}", path.display()),
-            None => "with its standard numbers (--print-protocol lists them)".to_owned(),
-        };
-        format!("each grasp is simulated by itself with this protocol, {origin}: {protocol:?}")
-    });
+    explain(|| format!("each grasp is simulated by itself with this protocol: {protocol:?}"));
     let watch = Watch::new(common.quiet);
     let run = Run {
         journal: &stoppable(&journal),
@@ -126,14 +109,8 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     found.record(&mut file, &protocol);
     file.write(&output)?;
     journal.remove()?;
-    if common.json {
-        print_json(&value(&found, &protocol, &output))?;
-    }
-    if !common.quiet {
-        print(&summary(&found));
-        complain(&format!("wrote {}", output.display()));
-    }
-    Ok(())
+    let report = value(&found, &protocol, &output);
+    tell_written(common, &report, &output.display().to_string())
 }
 
 fn protocol(command: &Stability) -> anyhow::Result<Protocol> {
@@ -150,138 +127,20 @@ fn protocol(command: &Stability) -> anyhow::Result<Protocol> {
     Ok(protocol)
 }
 
-/// The JSON document.
+/// The report.
 fn value(found: &Simulation, protocol: &Protocol, output: &Path) -> Value {
-    let reasons = found.outcomes.iter();
-    let reasons: Map<String, Value> = tally(reasons.map(|(_, outcome)| outcome.reason.name()))
-        .into_iter()
-        .map(|(reason, count)| (reason, count.into()))
-        .collect();
+    let reasons = found
+        .outcomes
+        .iter()
+        .map(|(_, outcome)| outcome.reason.name());
     json!({
         "grasps": found.outcomes.len(),
         "stable": found.stable(),
-        "reasons": reasons,
+        "reasons": BTreeMap::from_iter(tally(reasons)),
         "objects": found.fits,
         "protocol": protocol,
         "seconds": found.seconds,
         "preparation_seconds": found.preparation_seconds,
         "wrote": [output],
     })
-}
-
-fn summary(found: &Simulation) -> String {
-    let outcomes = &found.outcomes;
-    let total = outcomes.len();
-    let stable = found.stable();
-    let mut text = format!(
-        "stable     {stable} of {total} ({:.1} %)\n",
-        100.0 * stable as f64 / total as f64
-    );
-    let reasons = outcomes.iter().map(|(_, outcome)| outcome.reason.name());
-    for (reason, count) in tally(reasons) {
-        let _ = writeln!(text, "  {reason}: {count}");
-    }
-    for ObjectFit { object, fit, .. } in &found.fits {
-        let _ = writeln!(text, "{object}: {}", fitted(fit));
-    }
-    let _ = writeln!(text, "{}", taken(found));
-    text
-}
-
-/// How an object is simulated, and how far that is from its mesh.
-fn fitted(fit: &Fit) -> String {
-    // Rounded first, so that no 0.0 mm are filled and no 0.0 % are too much.
-    let percent = (1e3 * fit.volume_error.abs()).round() / 10.0;
-    let millimetres = |length_m: f64| (1e4 * length_m).round() / 10.0;
-    let mut parts = vec![format!(
-        "simulated as {}",
-        counted(fit.pieces, "convex piece")
-    )];
-    if percent > 0.0 {
-        let amount = if fit.volume_error > 0.0 {
-            "too much"
-        } else {
-            "too little"
-        };
-        let decimals = usize::from(percent < 10.0);
-        parts.push(format!("{percent:.decimals$} % {amount} volume"));
-    }
-    parts.push(match millimetres(fit.filled_m) {
-        filled if filled > 0.0 => format!("hollows filled by up to {filled:.1} mm"),
-        _ => "no hollows filled".to_owned(),
-    });
-    parts.push(match millimetres(fit.cut_m) {
-        cut if cut > 0.0 => format!("up to {cut:.1} mm cut off"),
-        _ => "nothing cut off".to_owned(),
-    });
-    let first = parts.remove(0);
-    format!("{first}: {}", parts.join(", "))
-}
-
-/// The time that a simulation took, and the time before it if that was not short.
-fn taken(found: &Simulation) -> String {
-    let seconds = |seconds: f64| {
-        if seconds < 10.0 {
-            format!("{seconds:.1} s")
-        } else {
-            format!("{seconds:.0} s")
-        }
-    };
-    let grasps = counted(found.outcomes.len(), "grasp");
-    let mut text = format!("{grasps} in {}", seconds(found.seconds));
-    if found.preparation_seconds >= 1.0 {
-        let _ = write!(
-            text,
-            ", after {} of preparation",
-            seconds(found.preparation_seconds)
-        );
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn pieces_are_told_in_words() {
-        let fit = |volume_error: f64, filled_m: f64, cut_m: f64| Fit {
-            pieces: 43,
-            volume_error,
-            filled_m,
-            cut_m,
-        };
-        assert_eq!(
-            fitted(&fit(0.1183, 3.09e-3, 1e-6)),
-            "simulated as 43 convex pieces: 12 % too much volume, hollows filled by up to 3.1 mm, nothing cut off"
-        );
-        assert_eq!(
-            fitted(&fit(-0.0002, 0.0, 2.26e-3)),
-            "simulated as 43 convex pieces: no hollows filled, up to 2.3 mm cut off"
-        );
-        let one = Fit {
-            pieces: 1,
-            ..fit(-0.01, 0.0, -1e-9)
-        };
-        assert_eq!(
-            fitted(&one),
-            "simulated as 1 convex piece: 1.0 % too little volume, no hollows filled, nothing cut off"
-        );
-    }
-
-    #[test]
-    fn preparation_is_told_apart() {
-        let mut found = Simulation {
-            outcomes: Vec::new(),
-            fits: Vec::new(),
-            seconds: 5.42,
-            preparation_seconds: 57.3,
-        };
-        assert_eq!(
-            taken(&found),
-            "0 grasps in 5.4 s, after 57 s of preparation"
-        );
-        found.preparation_seconds = 0.2;
-        assert_eq!(taken(&found), "0 grasps in 5.4 s");
-    }
 }

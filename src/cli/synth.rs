@@ -1,12 +1,13 @@
 //! `landscape synth`: grasps of a hand on an object.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Context;
 use clap::{Args, ValueHint};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::args::{Again, Common, within};
 use super::hands::expense;
@@ -14,6 +15,7 @@ use super::input;
 use super::output::check_file;
 use super::run::{Watch, open_journal, stoppable};
 use crate::cli::printing::{complain, explain, print, print_json};
+use crate::cli::text::text;
 use crate::evaluation::Diversity;
 use crate::evaluation::stability::{Drop, Protocol};
 use crate::grasp::{GraspEnergy, Judgement};
@@ -22,7 +24,7 @@ use crate::printable::counted;
 use crate::store::{GraspFile, Metadata};
 use crate::study::{
     Experiment, Keep, Origin, PopulationSettings, Run, Synthesis, doubted_size, simulate_sample,
-    synthesize_population,
+    synthesize_population, tally,
 };
 
 /// Synthesize grasps.
@@ -133,20 +135,6 @@ Examples:
 An interrupted run continues where it stopped when the same command is given again; --resume demands this, and --fresh
 starts over. The result is the same to the last byte.";
 
-/// Which settings are used, and how much work a chain does.
-fn plan(command: &Synth, settings: &PopulationSettings) -> String {
-    let chosen = match &command.config {
-        Some(path) => format!("from {}", path.display()),
-        None => "the usual ones".to_owned(),
-    };
-    let descents = settings.experiment.synthesis.steps;
-    format!(
-        "energy and sampler are {chosen}; each of {} chains makes up to {descents} descents and is kept if it passes the \
-         filter `{:?}`",
-        settings.chains, settings.keep
-    )
-}
-
 pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     let mut settings = settings(command, common)?;
     let (origin, notes) = origin(command, common)?;
@@ -163,10 +151,9 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         input::warn(&of_size.collect::<Vec<_>>());
         warn_of_inputs(command, &energy, notes);
     }
-    explain(|| plan(command, &settings));
+    explain(|| format!("settings: {:?}", settings.experiment));
     let fingerprint = origin.fingerprint(&energy, &settings)?;
     let journal = open_journal(&command.output, &fingerprint, &command.again, common.quiet)?;
-    let resumed = journal.len();
     let (started, watch) = (Instant::now(), Watch::new(common.quiet));
     let run = Run {
         journal: &stoppable(&journal),
@@ -187,8 +174,8 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     );
     let mut answer = answer(&energy, &found, &settings, &command.output);
     if common.verbose {
-        let seconds = (resumed == 0).then_some(seconds);
-        answer += &statistics(&energy, &found, seconds);
+        answer += &text(&told);
+        answer += &text(&json!({ "diversity_of_strict_ones": diversity(&energy, &found) }));
     }
     let file = GraspFile {
         metadata: Metadata {
@@ -297,13 +284,8 @@ fn drop_sample(file: &GraspFile, most: usize, quiet: bool) -> Option<(usize, usi
     if most == 0 {
         return None;
     }
-    let watch = Watch::new(quiet);
-    let run = Run {
-        observer: &|news| watch.see(news),
-        ..Run::default()
-    };
-    let found = simulate_sample(file, &Protocol::Drop(Drop::default()), most, &run);
-    watch.clear();
+    let protocol = Protocol::Drop(Drop::default());
+    let found = Watch::over(quiet, |run| simulate_sample(file, &protocol, most, run));
     match found {
         Ok(found) => {
             let (held, dropped) = (found.stable(), found.outcomes.len());
@@ -402,16 +384,12 @@ fn settings(command: &Synth, common: &Common) -> anyhow::Result<PopulationSettin
 fn value(found: &Synthesis, seconds: f64) -> Value {
     let chains = &found.chains;
     let count = |test: fn(&Judgement) -> bool| chains.iter().filter(|(_, j)| test(j)).count();
-    let refused: Map<String, Value> = reasons(found)
-        .into_iter()
-        .map(|(reason, count)| (reason.to_owned(), count.into()))
-        .collect();
     json!({
         "chains": chains.len(),
         "strict": count(Judgement::passes_strict),
         "published": count(Judgement::passes_published),
         "released": count(Judgement::passes_released),
-        "refused": refused,
+        "refused": BTreeMap::from_iter(reasons(found)),
         "kept": found.grasps.len(),
         "evaluations": chains.iter().map(|(end, _)| end.evaluations).sum::<u64>(),
         "seconds": seconds,
@@ -419,73 +397,18 @@ fn value(found: &Synthesis, seconds: f64) -> Value {
 }
 
 /// Why chains fail the strict filter, with their numbers, most frequent first.
-fn reasons(found: &Synthesis) -> Vec<(&str, usize)> {
-    let mut reasons: Vec<(&str, usize)> = Vec::new();
-    for reason in found
-        .chains
-        .iter()
-        .filter_map(|(_, j)| j.strict_objection())
-    {
-        match reasons.iter_mut().find(|(known, _)| *known == reason) {
-            Some((_, count)) => *count += 1,
-            None => reasons.push((reason, 1)),
-        }
-    }
-    reasons.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
-    reasons
+fn reasons(found: &Synthesis) -> Vec<(String, usize)> {
+    let chains = found.chains.iter();
+    tally(chains.filter_map(|(_, judgement)| judgement.strict_objection()))
 }
 
-/// The yield of a run that took `seconds`, if it did all chains itself, and how diverse its grasps are.
-fn statistics(energy: &GraspEnergy, found: &Synthesis, seconds: Option<f64>) -> String {
-    let (chains, kept) = (&found.chains, found.grasps.len());
-    let total = chains.len();
-    let share = |count: usize| {
-        format!(
-            "{count} of {total} ({:.0} %)",
-            100.0 * count as f64 / total as f64
-        )
-    };
-    let count = |test: fn(&Judgement) -> bool| chains.iter().filter(|(_, j)| test(j)).count();
-    let evaluations: u64 = chains.iter().map(|(end, _)| end.evaluations).sum();
-    let mut text = format!(
-        "strict filter        {}\nEq. 11 as printed    {}\nEq. 11 as released   {}\nkept                 {kept}\n\
-         evaluations          {evaluations}{}\n",
-        share(count(Judgement::passes_strict)),
-        share(count(Judgement::passes_published)),
-        share(count(Judgement::passes_released)),
-        seconds.map_or_else(String::new, |seconds| {
-            let each = 1e6 * seconds / evaluations as f64;
-            format!(" in {seconds:.0} s ({each:.1} µs each)")
-        }),
-    );
-    for (reason, count) in reasons(found) {
-        let _ = writeln!(text, "  refused, {reason}: {count}");
-    }
-    let strict = chains
-        .iter()
-        .filter(|(_, judgement)| judgement.passes_strict())
-        .map(|(end, _)| &end.refined);
-    // One or two grasps are always on a line.
-    let few = count(Judgement::passes_strict) < 3;
-    let diversity = Diversity::of(energy.hand(), energy.object(), strict);
-    if let Some(diversity) = diversity.filter(|_| !few) {
-        let [first, second, ..] = diversity.explained_variance;
-        let rate = diversity.contact_region_sets_per_hundred;
-        let rate = rate.map_or(String::new(), |rate| {
-            format!(" ({rate:.0} per hundred grasps)")
-        });
-        let _ = writeln!(
-            text,
-            "of the strict ones   {} of contact regions{rate}, entropy of joints {:.2} and of the pose {:.2} nats,\n\
-             \x20                    {:.0} % of the variance in one principal component, {:.0} % in two",
-            counted(diversity.contact_region_sets, "set"),
-            diversity.joint_entropy,
-            diversity.pose_entropy,
-            100.0 * first,
-            100.0 * second,
-        );
-    }
-    text
+/// How diverse the grasps are that pass the strict filter. One or two grasps are always on a line.
+fn diversity(energy: &GraspEnergy, found: &Synthesis) -> Option<Diversity> {
+    let chains = found.chains.iter();
+    let strict = chains.filter(|(_, judgement)| judgement.passes_strict());
+    let strict: Vec<_> = strict.map(|(end, _)| &end.refined).collect();
+    let few = strict.len() < 3;
+    Diversity::of(energy.hand(), energy.object(), strict.into_iter()).filter(|_| !few)
 }
 
 #[cfg(test)]

@@ -6,8 +6,8 @@ use anyhow::ensure;
 use clap::Args;
 
 use super::args::{Common, GroupBarrier};
-use super::output::{check_folder, make_folder};
-use crate::cli::printing::{complain, print, print_json};
+use super::output::{check_folder, given_or_beside, make_folder};
+use crate::cli::printing::tell_text;
 use crate::store::FileSet;
 use crate::study::{NetworkOfStates, Thermodynamics as Found, ThermodynamicsSettings};
 
@@ -69,10 +69,8 @@ pub(super) fn run(command: &Thermodynamics, common: &Common) -> anyhow::Result<(
     if let Some(level) = command.level {
         ensure!(level.is_finite(), "--level {level}: an energy is needed");
     }
-    let output = match &command.output {
-        Some(output) => output.clone(),
-        None => command.landscape.with_extension("thermodynamics"),
-    };
+    let ending = "thermodynamics";
+    let output = given_or_beside(command.output.as_ref(), &command.landscape, ending)?;
     check_folder(&output, &[&command.landscape], Found::writes, common)?;
     let mut states = NetworkOfStates::open(&command.landscape, &command.groups.settings())?;
     if command.without_faces {
@@ -88,15 +86,8 @@ pub(super) fn run(command: &Thermodynamics, common: &Common) -> anyhow::Result<(
     let mut files = FileSet::default();
     let text = found.write(&mut |name, bytes| files.add(&output.join(name), bytes))?;
     files.finish()?;
-    if common.json {
-        print_json(&found.to_json())?;
-    } else if !common.quiet {
-        print(&text);
-    }
-    if !common.quiet {
-        complain(&format!("wrote {}", output.display()));
-    }
-    Ok(())
+    let written = output.display().to_string();
+    tell_text(common, (&text, &found.to_json()), Some(&written))
 }
 
 /// Rejects a temperature that is not positive and finite.

@@ -56,11 +56,6 @@ impl Pose {
     pub fn joints(&self) -> &[f64] {
         joints_of(self)
     }
-
-    /// Joint coordinates, radians (metres of slides).
-    pub fn joints_mut(&mut self) -> &mut [f64] {
-        joints_of_mut(self)
-    }
 }
 
 /// A hand without joints whose root frame is the object's frame.

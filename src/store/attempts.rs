@@ -146,11 +146,16 @@ pub fn read_attempts(folder: &Path, files: &LandscapeFiles) -> Result<Attempts, 
             height: row.height,
         });
     }
-    let tolerance = files.manifest.settings.pointer("/sameness/energy");
-    Ok(Attempts {
-        list: attempts,
-        tolerance: tolerance.and_then(Value::as_f64).unwrap_or(0.0),
-    })
+    Ok(files.attempts(attempts))
+}
+
+impl LandscapeFiles {
+    /// These attempts on this landscape, whose settings have the tolerance of heights.
+    pub fn attempts(&self, list: Vec<Attempt>) -> Attempts {
+        let tolerance = self.manifest.settings.pointer("/sameness/energy");
+        let tolerance = tolerance.and_then(Value::as_f64).unwrap_or(0.0);
+        Attempts { list, tolerance }
+    }
 }
 
 #[cfg(test)]

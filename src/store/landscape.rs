@@ -268,14 +268,6 @@ impl LandscapeFiles {
         Ok(manifest)
     }
 
-    /// The connections of a finished landscape alone.
-    ///
-    /// # Errors
-    /// As [`LandscapeFiles::read`].
-    pub fn edges(folder: &Path) -> Result<Vec<EdgeRow>, StoreError> {
-        read_edges(&read_table(folder, EDGES)?)
-    }
-
     /// The grasps of a finished landscape; `None` for a landscape of a surface.
     ///
     /// # Errors

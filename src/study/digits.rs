@@ -71,30 +71,12 @@ impl Digits {
             Some(digits) => format!("{value:.digits$e}"),
         }
     }
-
-    /// A change with its sign; zero has a plus sign.
-    pub(crate) fn change(self, change: f64) -> String {
-        let decimals = Self::DECIMALS;
-        if self.powers.is_some() {
-            return format!("{:+.decimals$e}", change + 0.0);
-        }
-        let text = format!("{change:+.decimals$}");
-        match text.strip_prefix('-') {
-            Some(size) if is_zero(size) => format!("+{size}"),
-            _ => text,
-        }
-    }
-}
-
-/// Whether the digits of a number without sign are zeros.
-fn is_zero(size: &str) -> bool {
-    size.bytes().all(|byte| matches!(byte, b'0' | b'.'))
 }
 
 /// The same number, without the sign of a zero.
 fn unsigned_zero(text: String) -> String {
     match text.strip_prefix('-') {
-        Some(size) if is_zero(size) => size.to_owned(),
+        Some(size) if size.bytes().all(|byte| matches!(byte, b'0' | b'.')) => size.to_owned(),
         _ => text,
     }
 }
@@ -178,11 +160,8 @@ mod tests {
     fn six_digits_of_the_range_are_shown_in_any_unit() {
         let usual = Digits::of([-146.7, -40.65]);
         assert_eq!(usual.show(-40.6504), "-40.650400");
-        assert_eq!(usual.change(-1e-9), "+0.000000");
-        assert_eq!(usual.change(-0.25), "-0.250000");
         let joules = Digits::of([-3.2e-20, -1.1e-20]);
         assert_eq!(joules.show(-1.123456789e-20), "-1.123457e-20");
-        assert_eq!(joules.change(1e-21), "+1.000000e-21");
         // Far from zero the digits of the differences matter.
         let far = Digits::of([1.0, 1.0 + 1e-4]);
         assert_eq!(far.show(1.00001234), "1.0000123400e0");

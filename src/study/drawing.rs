@@ -105,8 +105,8 @@ pub struct Drawing<'a> {
     pub network: &'a Network,
     /// Its tree of merges.
     pub tree: &'a Tree,
-    /// The searches, for the support of merges; empty if unknown.
-    pub attempts: &'a Attempts,
+    /// The searches, for the support of merges, if they are known.
+    pub attempts: Option<&'a Attempts>,
     /// One leaf for each minimum.
     pub leaves: Vec<Leaf>,
     /// The group of each minimum, numbered without gaps.
@@ -245,6 +245,29 @@ struct Shown<'a> {
     picked: Vec<MinimumId>,
 }
 
+impl<'a> Drawing<'a> {
+    /// The whole of a landscape without anything else, in which each minimum is a group.
+    pub fn new(
+        network: &'a Network,
+        tree: &'a Tree,
+        leaves: Vec<Leaf>,
+        titles: &'a Titles,
+    ) -> Self {
+        Self {
+            network,
+            tree,
+            attempts: None,
+            group_of: (0..leaves.len()).collect(),
+            leaves,
+            group_names: Vec::new(),
+            titles,
+            views: Views::default(),
+            quantities: Quantities::default(),
+            examples: Vec::new(),
+        }
+    }
+}
+
 impl Drawing<'_> {
     /// Width of a disconnectivity graph, canvas units.
     pub const WIDTH: u32 = 1600;
@@ -349,7 +372,8 @@ impl Drawing<'_> {
 
     /// The support of each merge of the tree; empty if no merge was searched.
     fn support(&self) -> Vec<Option<f64>> {
-        let searched = self.attempts.of_merges(self.tree);
+        let searched = self.attempts.map(|attempts| attempts.of_merges(self.tree));
+        let searched = searched.unwrap_or_default();
         if searched.iter().all(Option::is_none) {
             return Vec::new();
         }

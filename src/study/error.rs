@@ -172,7 +172,10 @@ pub enum StudyError {
     #[error(transparent)]
     Missing(#[from] Missing),
     /// No path joins two sets of minima.
-    #[error("no sequence of transition states leads from m{} to the minima named as its goal", .0.0)]
+    #[error(
+        "no sequence of transition states leads from m{} to the minima named as its goal (upper bounds are not counted)",
+        .0.0
+    )]
     Unreachable(Unreachable),
     /// Sets have too few grasps for their diversity.
     #[error(transparent)]

@@ -7,7 +7,7 @@ use super::drawing::Drawing;
 use super::error::StudyError;
 use super::looks;
 use super::names::{GraspSetting, MinimumName};
-use crate::evaluation::taxonomy::{Category, Rule};
+use crate::evaluation::taxonomy::Rule;
 use crate::figure::{Leaf, PICTURE_DENSITY, Picture, Scene, group, side_in_row};
 use crate::grasp::Grasp;
 use crate::store::{LandscapeFiles, MinimumRow};
@@ -20,34 +20,15 @@ pub enum Colouring {
     Category,
     /// The type; of a grasp that several types fit about equally, the cell or the category.
     Type,
-    /// Power grasps of spheres, disks and cylinders, and precision grasps.
-    Power,
-    /// Sphere grasps, tripods and quadpods.
-    Spheres,
 }
-
-/// Type numbers (Feix et al. 2016).
-const POWER_SPHERES: [u8; 3] = [11, 26, 28];
-const DISKS: [u8; 1] = [10];
-const CYLINDERS: [u8; 3] = [1, 2, 3];
-const SPHERES: [u8; 2] = [11, 13];
-const TRIPODS: [u8; 2] = [14, 27];
 
 impl Colouring {
     /// Legend text for a grasp of this name.
     fn label(self, named: &MinimumName) -> &str {
-        let is = |types: &[u8]| named.number.is_some_and(|number| types.contains(&number));
         match (self, named.category) {
             (Self::Type, _) => named.text(),
-            (_, None) => "unlisted",
-            (Self::Power, _) if is(&POWER_SPHERES) => "power: sphere",
-            (Self::Power, _) if is(&DISKS) => "power: disk",
-            (Self::Power, _) if is(&CYLINDERS) => "power: cylinder",
-            (Self::Power, Some(Category::Power)) => "power: other",
-            (Self::Category | Self::Power, Some(category)) => category.name(),
-            (Self::Spheres, _) if is(&SPHERES) => "sphere",
-            (Self::Spheres, _) if is(&TRIPODS) => "tripod, quadpod",
-            (Self::Spheres, _) => "other",
+            (Self::Category, Some(category)) => category.name(),
+            (Self::Category, None) => "unlisted",
         }
     }
 }

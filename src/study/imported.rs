@@ -3,17 +3,18 @@
 use std::collections::BTreeMap;
 
 use petgraph::visit::EdgeRef;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::Digits;
-use super::drawing::{Drawing, Quantities, Titles, Views, not_drawn};
+use super::drawing::{Drawing, Titles, not_drawn};
 use super::error::StudyError;
+use super::report::WrittenLandscape;
 use super::tables::write_database;
 use crate::figure::leaves_of;
 use crate::printable::{counted, printable};
 use crate::store::{AtomicFolder, Counts, EdgeRow, LandscapeFiles, Manifest, MinimumRow, Source};
 use crate::topography::exchange::{Database, Layout, Reading, points};
-use crate::topography::{Attempts, Evidence, GroupSettings, Groups, Network, Tree};
+use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree};
 
 /// Coordinates of stationary points in the order of `min.data` and `ts.data`, all with the same number of coordinates. Both
 /// lists are empty if they are unknown.
@@ -81,12 +82,13 @@ impl<'a> ImportedLandscape<'a> {
         self
     }
 
-    /// Writes the tables, pictures, texts and summary of `landscape import` into `folder` and returns the summary.
+    /// Writes the tables, pictures, texts and summary of `landscape import` into `folder`.
     ///
     /// # Errors
     /// If the folder cannot be written, or a number is not finite.
-    pub fn write(&self, folder: &AtomicFolder) -> Result<String, StudyError> {
-        self.files().write(folder)?;
+    pub fn write(&self, folder: &AtomicFolder) -> Result<WrittenLandscape, StudyError> {
+        let files = self.files();
+        files.write(folder)?;
         write_database(self.database, folder)?;
         let StationaryCoordinates {
             minima,
@@ -100,7 +102,11 @@ impl<'a> ImportedLandscape<'a> {
         self.draw(folder)?;
         let text = printable(&self.summary(), &['\n', '\t']).into_owned();
         folder.write("summary.md", text.as_bytes())?;
-        Ok(text)
+        Ok(WrittenLandscape {
+            files,
+            text,
+            ..WrittenLandscape::default()
+        })
     }
 
     fn loops(&self) -> usize {
@@ -162,30 +168,23 @@ impl<'a> ImportedLandscape<'a> {
         let manifest = Manifest {
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
             command: self.command.to_owned(),
-            seed: 0,
             source: self.source.clone(),
-            onto: None,
-            hand: None,
-            object: None,
             scale: 1.0,
             energy: json!({ "imported": self.layout.name() }),
-            settings: Value::Null,
-            terms: Vec::new(),
             group_barrier: Some(self.groups.barrier),
-            letting_go: None,
             counts: Counts {
-                grasps: 0,
                 minima: minima.len() as u64,
                 groups: self.groups.members.len() as u64,
                 pairs: edges.len() as u64,
                 components: self.tree.roots.len() as u64,
-                evaluations: 0,
+                ..Counts::default()
             },
             evidence: BTreeMap::from([(Evidence::Given.name().to_owned(), edges.len() as u64)]),
             findings: findings
                 .map(|(name, value)| (name.to_owned(), value))
                 .into(),
             warnings: self.warnings(),
+            ..Manifest::default()
         };
         LandscapeFiles {
             manifest,
@@ -206,17 +205,11 @@ impl<'a> ImportedLandscape<'a> {
     }
 
     fn draw(&self, folder: &AtomicFolder) -> Result<(), StudyError> {
+        let titles = Titles::of_surface(self.source.name.clone(), "members", 0);
+        let leaves = leaves_of(&self.network);
         let drawing = Drawing {
-            network: &self.network,
-            tree: &self.tree,
-            attempts: &Attempts::default(),
-            leaves: leaves_of(&self.network),
             group_of: self.groups.group_of(),
-            group_names: Vec::new(),
-            titles: &Titles::of_surface(self.source.name.clone(), "members", 0),
-            views: Views::default(),
-            quantities: Quantities::default(),
-            examples: Vec::new(),
+            ..Drawing::new(&self.network, &self.tree, leaves, &titles)
         };
         drawing.write(&mut |name, bytes| folder.write(name, bytes))
     }

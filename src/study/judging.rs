@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use crate::evaluation::HandUse;
 use crate::evaluation::taxonomy::{Anatomy, Inapplicable};
-use crate::grasp::closure::PointContact;
-use crate::grasp::filter::MOST_GAP_M;
+use crate::grasp::closure::{PointContact, contact_forces};
+use crate::grasp::filter::{MOST_GAP_M, STRICT_FRICTION};
 use crate::grasp::{GraspEnergy, Judgement, MeasuredContact, judge, measure_contacts};
 use crate::hand::Hand;
 use crate::store::{GraspRow, Population};
@@ -56,9 +56,8 @@ pub struct JudgedContact {
     pub digit: String,
     /// Signed distance from the mesh, metres; negative inside.
     pub distance_m: f64,
-    /// Arm and normal.
-    #[serde(skip)]
-    pub contact: PointContact,
+    /// Its share of the normal force where forces balance as far inside the cones of friction 0.5 as possible; `None` if none do.
+    pub force: Option<f64>,
 }
 
 /// Judges the given rows of a population, whose energy is given; `judged` is called after each, from any thread.
@@ -90,17 +89,21 @@ impl JudgedGrasp {
     ) -> Self {
         let hand = energy.hand();
         let judgement = judge(energy, &row.grasp);
-        let contact = |measured: &MeasuredContact| {
+        let measured = measure_contacts(energy, &row.grasp);
+        let bare: Vec<PointContact> = measured.iter().map(|found| found.contact).collect();
+        let forces = contact_forces(&bare, STRICT_FRICTION);
+        let contact = |(index, measured): (usize, &MeasuredContact)| {
             let link = &hand.links[measured.link.0];
             JudgedContact {
                 surface_point: measured.surface_point,
                 link: link.name.clone(),
                 digit: hand.digits[link.digit].clone(),
                 distance_m: measured.distance_m,
-                contact: measured.contact,
+                force: forces
+                    .as_ref()
+                    .map(|found| found.forces[index].dot(&bare[index].inward_normal)),
             }
         };
-        let measured = measure_contacts(energy, &row.grasp);
         Self {
             id: row.id,
             hand: row.hand.clone(),
@@ -119,7 +122,7 @@ impl JudgedGrasp {
             judgement,
             hand_use: anatomy
                 .and_then(|anatomy| HandUse::of(hand, anatomy, energy.object(), &row.grasp.pose)),
-            contacts: measured.iter().map(contact).collect(),
+            contacts: measured.iter().enumerate().map(contact).collect(),
         }
     }
 }

@@ -1,16 +1,16 @@
 //! Rates between two sets of minima of a landscape, against temperature.
 
-use std::cell::LazyCell;
 use std::fmt::Write as _;
+use std::iter;
 
 use serde_json::{Value, json};
 
 use super::digits::as_given;
 use super::error::StudyError;
+use super::markdown::table;
 use super::network_of_states::NetworkOfStates;
 use crate::figure::MAKER;
 use crate::figure::chart::{Axis, Chart, Corner, Panel, Series};
-use crate::printable::printable;
 use crate::thermal::{Dynamics, Pathway, RateNetwork, SetRates, Unreachable, Watching};
 
 /// Settings of [`Kinetics::new`].
@@ -31,9 +31,8 @@ pub struct KineticsAt {
     pub temperature: f64,
     /// Equilibrium probabilities of sources and targets.
     pub occupation: [f64; 2],
-    /// Rates from the sources to the targets, and back; `None` if a bound takes the place of a transition state on the way, so
-    /// that the rate is not known.
-    pub rates: [Option<SetRates>; 2],
+    /// Rates from the sources to the targets, and back.
+    pub rates: [SetRates; 2],
     /// The fastest pathways from the sources to the targets.
     pub pathways: Vec<Pathway>,
     /// Committor of each minimum: ln of the probability to reach the targets before the sources, so that it is 0 for the
@@ -48,8 +47,6 @@ pub struct Kinetics<'a> {
     sources: &'a [usize],
     targets: &'a [usize],
     settings: &'a KineticsSettings,
-    /// Height of the bound that joins the two sets, if transition states alone do not.
-    pub bounded_at: Option<f64>,
     /// One entry for each temperature.
     pub at: Vec<KineticsAt>,
 }
@@ -58,7 +55,7 @@ impl<'a> Kinetics<'a> {
     /// Computes rates, committors and pathways. `watching` hears of the elimination at each temperature.
     ///
     /// # Errors
-    /// If curvatures are not known, if no sequence of transition states and bounds joins the two sets, or if a temperature is too
+    /// If curvatures are not known, if no sequence of transition states joins the two sets, or if a temperature is too
     /// far from the energies.
     ///
     /// # Panics
@@ -71,12 +68,7 @@ impl<'a> Kinetics<'a> {
         watching: &Watching<'_>,
     ) -> Result<Self, StudyError> {
         states.check(&settings.temperatures)?;
-        let by_bound = LazyCell::new(|| {
-            let some = !states.bounds.is_empty();
-            some.then(|| states.bounded_at(sources, targets)).flatten()
-        });
-        if states.database.transition_states.is_empty() && states.left_out > 0 && by_bound.is_none()
-        {
+        if states.database.transition_states.is_empty() && states.left_out > 0 {
             return Err(StudyError::NoStateVibrations {
                 name: states.name.clone(),
                 count: states.left_out,
@@ -88,12 +80,9 @@ impl<'a> Kinetics<'a> {
             let shares = wells.occupation(*temperature);
             let share = |set: &[usize]| set.iter().map(|state| shares[*state]).sum();
             let between = network.between_watched(sources, targets, watching);
-            let known = |rates: Result<SetRates, Unreachable>| match rates {
-                Ok(rates) => Ok(Some(rates)),
-                Err(_) if by_bound.is_some() => Ok(None),
-                Err(Unreachable(minimum)) => {
-                    Err(StudyError::from(Unreachable(states.numbers[minimum])))
-                }
+            let known = |rates: Result<SetRates, Unreachable>| {
+                let in_tree = |Unreachable(minimum)| Unreachable(states.numbers[minimum]);
+                rates.map_err(|error| StudyError::from(in_tree(error)))
             };
             Ok(KineticsAt {
                 temperature: *temperature,
@@ -104,36 +93,22 @@ impl<'a> Kinetics<'a> {
             })
         });
         let at = at.collect::<Result<Vec<KineticsAt>, StudyError>>()?;
-        let unknown = at.iter().any(|at| at.rates.contains(&None));
         Ok(Self {
             states,
             sources,
             targets,
             settings,
-            bounded_at: if unknown { *by_bound } else { None },
             at,
         })
     }
 
-    /// What a reader must know if a bound takes the place of a transition state.
-    fn bound(&self) -> Option<String> {
-        let height = self.bounded_at?;
-        Some(format!(
-            "no sequence of transition states joins the two sets; a way at most {} high does, but part of it is an upper bound \
-             and not a transition state, so the rate is unknown",
-            as_given(height)
-        ))
-    }
-
     /// All numbers. Rates, times and committors are natural logarithms, because they may be beyond the range of numbers.
     pub fn to_json(&self) -> Value {
-        let rates = |rates: &Option<SetRates>| {
-            rates.map(|rates| {
-                json!({
-                    "log_first_passage_rate": rates.first_passage,
-                    "log_inverse_mean_time": rates.mean_time,
-                    "log_steady_state_rate": rates.steady_state,
-                })
+        let rates = |rates: &SetRates| {
+            json!({
+                "log_first_passage_rate": rates.first_passage,
+                "log_inverse_mean_time": rates.mean_time,
+                "log_steady_state_rate": rates.steady_state,
             })
         };
         let at = self.at.iter().map(|at| {
@@ -162,7 +137,6 @@ impl<'a> Kinetics<'a> {
             "targets": self.states.numbered(self.targets),
             "numbers_in_min_data": self.states.rows.iter().map(|row| row + 1).collect::<Vec<_>>(),
             "friction": self.friction(),
-            "joined_by_a_bound_at": self.bounded_at,
             "at": at.collect::<Vec<_>>(),
         })
     }
@@ -212,13 +186,9 @@ impl<'a> Kinetics<'a> {
     pub fn chart(&self) -> Chart {
         let decades = std::f64::consts::LN_10;
         let line = |way: usize| {
-            let points = self.at.iter();
-            let mut points: Vec<[f64; 2]> = points
-                .filter_map(|at| {
-                    let rates = at.rates[way]?;
-                    Some([1.0 / at.temperature, rates.first_passage / decades])
-                })
-                .collect();
+            let rate = |at: &KineticsAt| at.rates[way].first_passage / decades;
+            let points = self.at.iter().map(|at| [1.0 / at.temperature, rate(at)]);
+            let mut points: Vec<[f64; 2]> = points.collect();
             points.sort_by(|a, b| a[0].total_cmp(&b[0]));
             points
         };
@@ -272,32 +242,36 @@ impl<'a> Kinetics<'a> {
             ),
         };
         text.push_str(&self.numbers());
-        text.push_str(
-            "\n| kT | p(from) | p(to) | rate there | mean time there | steady-state rate | rate back | mean time back |\n\
-             |---|---|---|---|---|---|---|---|\n",
-        );
-        for at in &self.at {
+        let rows = self.at.iter().map(|at| {
             let [there, back] = at.rates;
-            let _ = writeln!(
-                text,
-                "| {} | {} | {} | {} | {} | {} | {} | {} |",
-                as_given(at.temperature),
-                power(libm::log(at.occupation[0])),
-                power(libm::log(at.occupation[1])),
-                told(there, |rates| rates.first_passage),
-                told(there, |rates| -rates.mean_time),
-                told(there, |rates| rates.steady_state),
-                told(back, |rates| rates.first_passage),
-                told(back, |rates| -rates.mean_time)
-            );
-        }
+            let numbers = [
+                libm::log(at.occupation[0]),
+                libm::log(at.occupation[1]),
+                there.first_passage,
+                -there.mean_time,
+                there.steady_state,
+                back.first_passage,
+                -back.mean_time,
+            ];
+            let temperature = iter::once(as_given(at.temperature));
+            temperature.chain(numbers.map(power)).collect()
+        });
+        let head = [
+            "kT",
+            "p(from)",
+            "p(to)",
+            "rate there",
+            "mean time there",
+            "steady-state rate",
+            "rate back",
+            "mean time back",
+        ];
+        text.push('\n');
+        text += &table(&head, rows);
         text.push_str(
             "\nThe rate is Σ p/T over the minima of the first set: p is the equilibrium share within the set, T the mean \
              first-passage time. The steady-state rate counts every departure that arrives before it returns.\n",
         );
-        if let Some(bound) = self.bound() {
-            let _ = writeln!(text, "\nNote: {bound}.");
-        }
         if self.states.left_out > 0 {
             let _ = writeln!(
                 text,
@@ -310,35 +284,29 @@ impl<'a> Kinetics<'a> {
         for at in &self.at {
             let _ = writeln!(
                 text,
-                "\n## Fastest pathways at kT = {}\n\n| rank | rate | share of the steady-state rate | minima |\n|---|---|---|---|",
+                "\n## Fastest pathways at kT = {}\n",
                 as_given(at.temperature)
             );
-            for (rank, pathway) in at.pathways.iter().enumerate() {
-                let steady = at.rates[0].map_or(f64::NAN, |rates| rates.steady_state);
-                let share = pathway.log_rate - steady;
-                let minima = self.states.names(&pathway.states);
-                let _ = writeln!(
-                    text,
-                    "| {} | {} | {:.2} % | {} |",
-                    rank + 1,
+            let rows = at.pathways.iter().enumerate().map(|(rank, pathway)| {
+                let share = pathway.log_rate - at.rates[0].steady_state;
+                vec![
+                    (rank + 1).to_string(),
                     power(pathway.log_rate),
-                    100.0 * libm::exp(share),
-                    minima.join(" → ")
-                );
-            }
+                    format!("{:.2} %", 100.0 * libm::exp(share)),
+                    self.states.names(&pathway.states).join(" → "),
+                ]
+            });
+            text += &table(
+                &["rank", "rate", "share of the steady-state rate", "minima"],
+                rows,
+            );
         }
         text.push_str(
             "\nA pathway counts direct passages only. Where the pathways hold a small share, most passages step back and \
              forth on their way.\n",
         );
-        let _ = writeln!(text, "\nMade by {MAKER}.");
-        printable(&text, &['\n', '\t']).into_owned()
+        text
     }
-}
-
-/// A number of known rates, given by its natural logarithm.
-fn told(rates: Option<SetRates>, log: impl Fn(&SetRates) -> f64) -> String {
-    rates.map_or_else(|| "unknown".to_owned(), |rates| power(log(&rates)))
 }
 
 /// Greatest number of minima of a set whose numbers in `min.data` the text tells; JSON holds all.

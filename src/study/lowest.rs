@@ -1,6 +1,7 @@
 //! What the summary of `landscape surface` says of a landscape of which only the lowest part was searched.
 
 use super::Digits;
+use super::markdown::table;
 use super::surface::told_ends;
 use crate::printable::counted;
 use crate::topography::{Exploration, LowestReport, Merge};
@@ -70,7 +71,7 @@ pub(super) fn deepest(
     report: &LowestReport,
     merges: &[Merge],
     digits: Digits,
-) -> Vec<String> {
+) -> String {
     let sought = merges
         .iter()
         .filter(|merge| merge.shallower.0 < report.sought);
@@ -80,22 +81,25 @@ pub(super) fn deepest(
             .total_cmp(&a.depth)
             .then(a.shallower.cmp(&b.shallower))
     });
-    let mut lines = vec![
-        "## Deepest merges\n\nWhat a minimum must climb to reach a deeper one.\n".to_owned(),
-        "| minimum | energy | joins a deeper one at | barrier from it | barrier from m0 |\n|---|---|---|---|---|"
-            .to_owned(),
-    ];
     let lowest = found.minima[0].energy;
-    lines.extend(deepest.into_iter().take(LISTED).map(|merge| {
-        format!(
-            "| m{} | {} | {} | {} | {} |",
-            merge.shallower.0,
+    let rows = deepest.into_iter().take(LISTED).map(|merge| {
+        vec![
+            format!("m{}", merge.shallower.0),
             digits.show(found.minima[merge.shallower.0].energy),
             digits.show(merge.height),
             digits.show(merge.depth),
-            digits.show(merge.height - lowest)
-        )
-    }));
-    lines.push(String::new());
-    lines
+            digits.show(merge.height - lowest),
+        ]
+    });
+    let head = [
+        "minimum",
+        "energy",
+        "joins a deeper one at",
+        "barrier from it",
+        "barrier from m0",
+    ];
+    format!(
+        "## Deepest merges\n\nWhat a minimum must climb to reach a deeper one.\n\n{}",
+        table(&head, rows)
+    )
 }

@@ -109,6 +109,7 @@ mod labels;
 mod level;
 mod looks;
 mod lowest;
+mod markdown;
 mod minimax_path;
 mod minimum_values;
 mod names;
@@ -174,7 +175,7 @@ pub use minimum_values::MinimumValues;
 pub use names::{GraspSetting, MinimumName};
 pub use network_of_states::{NetworkOfStates, NumberedMinima};
 pub use page::{PageGrasps, PageLandscape, comparison_notes, grasp_page, landscape_page};
-pub use report::{GraspReport, MapSummary};
+pub use report::{GraspReport, WrittenLandscape};
 pub use searched::{Searched, SurfaceSearch};
 pub use settings::{ChoiceSettings, GraspMapSettings, MapSearch, StudyRun, settings_for_grasps};
 pub use simulation::{

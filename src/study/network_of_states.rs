@@ -2,14 +2,12 @@
 
 use std::path::Path;
 
-use super::Digits;
 use super::error::StudyError;
 use crate::printable::counted;
-use crate::store::{EdgeRow, LandscapeFiles, Manifest, StationaryRow, StoreError};
+use crate::store::{LandscapeFiles, Manifest, StationaryRow, StoreError};
 use crate::thermal::Superposition;
 use crate::topography::exchange::{Database, NO_TRANSITION_STATES, Vibrations};
-use crate::topography::{Edge, Evidence, GroupSettings, Groups, MinimumId, Network, Tree, Verdict};
-use petgraph::graph::NodeIndex;
+use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree, Verdict};
 
 /// The names of the files.
 const FILES: [&str; 2] = ["min.data", "ts.data"];
@@ -47,10 +45,6 @@ pub struct NetworkOfStates {
     /// Number of connections without curvatures (bounds that are no verified saddles, or saddles on a face of a box), which
     /// are left out.
     pub left_out: usize,
-    /// The lowest energy of these.
-    lowest_left_out: Option<f64>,
-    /// Connections of this program's landscapes that are upper bounds and no transition states: two minima and a height.
-    pub bounds: Vec<([usize; 2], f64)>,
     /// Where the harmonic formulae do not hold and what the files had wrong, a sentence each, without capital and full stop.
     pub notes: Vec<String>,
 }
@@ -128,11 +122,9 @@ impl NetworkOfStates {
         if (database.minima.iter()).all(|minimum| minimum.vibrations.is_none()) {
             return Err(StudyError::NoVibrations(folder.display().to_string()));
         }
-        let unknown = database.transition_states.iter();
-        let unknown = unknown.filter(|state| state.vibrations.is_none());
-        let left_out = unknown.clone().count();
-        let lowest_left_out = unknown.map(|state| state.energy).reduce(f64::min);
+        let all = database.transition_states.len();
         (database.transition_states).retain(|state| state.vibrations.is_some());
+        let left_out = all - database.transition_states.len();
         let rows = database.rows_by_energy();
         let database = database.by_energy();
         let manifest = manifest(folder)?;
@@ -144,11 +136,6 @@ impl NetworkOfStates {
             Evidence::Saddle
         } else {
             Evidence::Given
-        };
-        let bounds = if is_own {
-            bounds(&LandscapeFiles::edges(folder)?)
-        } else {
-            Vec::new()
         };
         let groups = GroupSettings {
             barrier: (groups.barrier).or_else(|| manifest?.group_barrier),
@@ -166,8 +153,6 @@ impl NetworkOfStates {
             network,
             evidence,
             left_out,
-            lowest_left_out,
-            bounds,
             notes,
         })
     }
@@ -186,52 +171,25 @@ impl NetworkOfStates {
         for (new, (old, _)) in known.enumerate() {
             place[old] = Some(new);
         }
-        let [lost, kept] = [false, true].map(|kept| {
-            let minima = self.database.minima.iter();
-            let energies = minima.filter(|minimum| minimum.vibrations.is_some() == kept);
-            energies
-                .map(|minimum| minimum.energy)
-                .fold(f64::INFINITY, f64::min)
-        });
-        let placed = |ends: [usize; 2]| Some([place[ends[0]]?, place[ends[1]]?]);
-        let mut gone = vec![self.lowest_left_out];
-        let mut states = std::mem::take(&mut self.database.transition_states);
-        states.retain_mut(|state| {
-            let ends = placed(state.ends);
-            if let Some(ends) = ends {
-                state.ends = ends;
-            } else {
-                gone.push(Some(state.energy));
-            }
-            ends.is_some()
-        });
-        let saddles = self.left_out + gone.len() - 1;
-        let digits = Digits::of([lost, kept]);
         self.notes.push(format!(
-            "{} of {} minima are left out, since their curvatures are unknown, as on a face of a box: {}; partition functions, \
-             occupations and rates lack them. The lowest of them has the energy {}, and the lowest that is counted {}{}",
+            "{} of {} minima are left out with the saddles that lead to them, since their curvatures are unknown, as on a face \
+             of a box: {}; partition functions, occupations and rates lack them",
             unknown.len(),
             self.database.minima.len(),
-            listed(self.names(&unknown)),
-            digits.show(lost),
-            digits.show(kept),
-            match gone.into_iter().flatten().reduce(f64::min) {
-                None => String::new(),
-                Some(lowest) => format!(
-                    ". Saddles that lead to them or have no curvatures are left out, too, {saddles} in number, the lowest at {}",
-                    digits.show(lowest)
-                ),
-            }
+            listed(self.names(&unknown))
         ));
-        self.database.transition_states = states;
+        let states = &mut self.database.transition_states;
+        states.retain_mut(|state| match [place[state.ends[0]], place[state.ends[1]]] {
+            [Some(one), Some(other)] => {
+                state.ends = [one, other];
+                true
+            }
+            _ => false,
+        });
         (self.database.minima).retain(|minimum| minimum.vibrations.is_some());
         let mut numbers = place.iter();
         self.numbers
             .retain(|_| numbers.next().is_some_and(Option::is_some));
-        let bounds = self.bounds.iter();
-        self.bounds = bounds
-            .filter_map(|(ends, height)| Some((placed(*ends)?, *height)))
-            .collect();
         self.network = network_of(&self.database, self.evidence);
         self.tree = Tree::from_network(&self.network, Evidence::Chain);
         self
@@ -350,27 +308,6 @@ impl NetworkOfStates {
         }
     }
 
-    /// The lowest height at which transition states and bounds join a minimum of one set to a minimum of the other.
-    pub(super) fn bounded_at(&self, sources: &[usize], targets: &[usize]) -> Option<f64> {
-        let mut network = self.network.clone();
-        for ([a, b], height) in &self.bounds {
-            let edge = Edge {
-                height: *height,
-                evidence: Evidence::Chain,
-                term: None,
-                length: 0.0,
-            };
-            network.add_edge(NodeIndex::new(*a), NodeIndex::new(*b), edge);
-        }
-        let tree = Tree::from_network(&network, Evidence::Chain);
-        let heights = targets.iter().flat_map(|target| {
-            let heights = tree.heights_to(MinimumId(*target));
-            let heights = sources.iter().filter_map(|source| heights[*source]);
-            heights.collect::<Vec<_>>()
-        });
-        heights.min_by(f64::total_cmp)
-    }
-
     /// The notes as paragraphs of a summary.
     pub(super) fn told_notes(&self) -> String {
         let mut text = String::new();
@@ -387,17 +324,6 @@ fn network_of(database: &Database, evidence: Evidence) -> Network {
         edge.evidence = evidence;
     }
     network
-}
-
-fn bounds(edges: &[EdgeRow]) -> Vec<([usize; 2], f64)> {
-    let kinds = [Evidence::Path, Evidence::Chain].map(Evidence::name);
-    let edges = edges
-        .iter()
-        .filter(|edge| kinds.contains(&edge.evidence.as_str()));
-    let end = |end: u64| usize::try_from(end).ok();
-    edges
-        .filter_map(|edge| Some(([end(edge.a)?, end(edge.b)?], edge.height?)))
-        .collect()
 }
 
 /// The manifest of a landscape of this program; texts of other programs have none.
@@ -449,34 +375,29 @@ fn no_wells(rows: &[StationaryRow]) -> Vec<String> {
         .filter(|row| row.verdict == Verdict::Duplicate.name());
     let branches: Vec<&[f64]> = branches.map(|row| &row.coordinates[..]).collect();
     let is_branched = |row: &&StationaryRow| branches.contains(&&row.coordinates[..]);
-    let apart = named(rows.iter().filter(is_degenerate));
-    let branched = named(rows.iter().filter(is_branched));
-    let flat = named(rows.iter().filter(is_flat));
-    let apart = apart.map(|points| {
-        format!(
-            "harmonic formulae do not hold at {points}, which is not isolated (a ring, a trough or a plateau): occupations, free \
-             energies and rates do not count its extent"
-        )
-    });
-    let flat = flat.map(|points| {
-        if all_are_flat {
-            return format!(
-                "harmonic formulae do not hold at {points}, unless lengths have a very small unit: all curvatures are below 10⁻¹⁰, \
-                 as at flat points; occupations, free energies, heat capacities and rates rest on noise"
-            );
-        }
-        format!(
-            "harmonic formulae do not hold at {points}, where a curvature is 0 within the accuracy of the differences (10⁻⁶ of \
-             the greatest): occupations, free energies and rates rest on noise"
-        )
-    });
-    let branched = branched.map(|points| {
-        format!(
-            "harmonic formulae do not hold at {points}: more than two valleys meet there in a saddle whose curvatures vanish, \
-             and rates over it mean nothing"
-        )
-    });
-    apart.into_iter().chain(flat).chain(branched).collect()
+    let why_flat = if all_are_flat {
+        "unless lengths have a very small unit: all curvatures are below 10⁻¹⁰, as at flat points"
+    } else {
+        "where a curvature is 0 within the accuracy of the differences (10⁻⁶ of the greatest)"
+    };
+    let notes = [
+        (
+            named(rows.iter().filter(is_degenerate)),
+            "which is not isolated (a ring, a trough or a plateau): occupations and rates do not count its extent",
+        ),
+        (named(rows.iter().filter(is_flat)), why_flat),
+        (
+            named(rows.iter().filter(is_branched)),
+            "where more than two valleys meet in a saddle whose curvatures vanish",
+        ),
+    ];
+    let told = |(points, why): (Option<String>, &str)| {
+        Some(format!(
+            "harmonic formulae do not hold at {}, {why}",
+            points?
+        ))
+    };
+    notes.into_iter().filter_map(told).collect()
 }
 
 /// The names of points, each as a reader of the tables finds it; `None` if there are none.

@@ -25,28 +25,34 @@ use crate::topography::{Evidence, LEAST_MEMBERS, Merge, MinimumId};
 /// Step of the finite differences of the curvatures, relative to the longest step of a saddle search.
 const CURVATURE_STEP: f64 = 1e-4;
 
-/// Writes the last files of a landscape folder, and returns the summary without control characters.
+/// Writes the last files of a landscape folder.
 pub(super) fn conclude(
-    files: &LandscapeFiles,
+    files: LandscapeFiles,
     summary: &str,
     folder: &AtomicFolder,
-) -> Result<String, StudyError> {
+) -> Result<WrittenLandscape, StudyError> {
     // The manifest lists the checksums of all tables, so it comes last.
     files.write(folder)?;
-    let summary = printable(summary, &['\n', '\t']).into_owned();
-    folder.write("summary.md", summary.as_bytes())?;
-    Ok(summary)
+    let text = printable(summary, &['\n', '\t']).into_owned();
+    folder.write("summary.md", text.as_bytes())?;
+    Ok(WrittenLandscape {
+        files,
+        text,
+        ..WrittenLandscape::default()
+    })
 }
 
-/// What a map is about, for a reader.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct MapSummary {
-    /// The answer in one sentence.
-    pub headline: String,
-    /// What a reader must know of the map, each without capital and full stop.
-    pub notes: Vec<String>,
-    /// The text of `summary.md`.
+/// A landscape whose files are written, and what it is about, for a reader.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct WrittenLandscape {
+    /// Its tables and manifest.
+    pub files: LandscapeFiles,
+    /// The text of `summary.md`, without control characters.
     pub text: String,
+    /// The answer in one sentence; empty for surfaces.
+    pub headline: String,
+    /// What a reader must know of a map of grasps, each without capital and full stop.
+    pub notes: Vec<String>,
 }
 
 /// A number of minima as people count grasps.
@@ -108,11 +114,11 @@ impl GraspReport<'_> {
         )
     }
 
-    /// Writes the tables, pictures, texts and summary of `landscape build` into `folder` and returns what is to be printed.
+    /// Writes the tables, pictures, texts and summary of `landscape build` into `folder`.
     ///
     /// # Errors
     /// If the folder cannot be written, or a number is not finite.
-    pub fn write(&self, folder: &AtomicFolder) -> Result<MapSummary, StudyError> {
+    pub fn write(&self, folder: &AtomicFolder) -> Result<WrittenLandscape, StudyError> {
         let (mapped, titles) = (self.mapped(), self.titles());
         let merges = mapped.landscape.merges();
         let uncertainty = Uncertainty::of(mapped.landscape, GRASPS);
@@ -134,12 +140,11 @@ impl GraspReport<'_> {
         }
         // Those of the grasps are known before they are mapped.
         let warnings = files.manifest.warnings.iter().skip(self.warnings.len());
-        Ok(MapSummary {
+        let notes = warnings.map(|note| printable(note, &[]).into_owned());
+        Ok(WrittenLandscape {
             headline: printable(&headline, &[]).into_owned(),
-            notes: warnings
-                .map(|note| printable(note, &[]).into_owned())
-                .collect(),
-            text: conclude(&files, &text, folder)?,
+            notes: notes.collect(),
+            ..conclude(files, &text, folder)?
         })
     }
 
@@ -175,10 +180,8 @@ impl GraspReport<'_> {
         uncertainty: &Uncertainty,
         names: &[GroupName],
     ) -> LandscapeFiles {
-        let (found, landscape) = (self.found, mapped.landscape);
-        let edges = mapped.edges();
-        let findings = mapped.findings(merges, uncertainty);
-        let mut findings: BTreeMap<_, _> = findings.into_iter().collect();
+        let found = self.found;
+        let mut findings = mapped.findings(merges, uncertainty);
         let mut tell = |name: &str, value| findings.insert(name.to_owned(), value);
         tell("group_names", json(names));
         tell("method", method(found.arrivals.is_some()).into());
@@ -192,8 +195,7 @@ impl GraspReport<'_> {
         if let Some(tuning) = &found.choice.tuning {
             tell("tuning", json(tuning));
         }
-        let manifest = Manifest {
-            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+        mapped.files(Manifest {
             command: self.command.clone(),
             seed: found.settings.seed,
             source: self.source.clone(),
@@ -204,26 +206,16 @@ impl GraspReport<'_> {
             energy: json(self.energy.settings()),
             settings: json(&found.settings),
             terms: self.energy.term_names(),
-            group_barrier: Some(landscape.groups.barrier),
             letting_go: letting_go(self.energy.settings()),
             counts: Counts {
                 grasps: self.population.grasps.len() as u64,
-                minima: landscape.network.node_count() as u64,
-                groups: landscape.groups.members.len() as u64,
-                pairs: edges.len() as u64,
-                components: landscape.tree.roots.len() as u64,
                 evaluations: found.evaluations as u64,
+                ..Counts::default()
             },
-            evidence: mapped.evidence(),
             findings,
             warnings: self.warnings(merges),
-        };
-        LandscapeFiles {
-            manifest,
-            minima: mapped.minima(),
-            edges,
-            paths: mapped.paths(),
-        }
+            ..Manifest::default()
+        })
     }
 
     fn warnings(&self, merges: &[Merge]) -> Vec<String> {

@@ -1,15 +1,15 @@
 //! Report of `landscape surface`: the tables, the manifest and the summary of a search.
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::connected::ConnectedPair;
 use super::drawing::{Titles, Views, not_drawn};
 use super::error::StudyError;
 use super::lowest;
-use super::report::conclude;
+use super::markdown::table;
+use super::report::{WrittenLandscape, conclude};
 use super::searched::{Searched, SurfaceSearch};
 use super::settings::StudyRun;
 use super::surface_space::{Coordinates, in_region};
@@ -125,7 +125,7 @@ impl std::fmt::Debug for SurfaceReport<'_> {
 /// };
 /// let place = tempfile::tempdir()?;
 /// let folder = AtomicFolder::open(&place.path().join("muller-brown.landscape"), true)?;
-/// assert!(report.write(&folder)?.contains("**3 minima** and **2 saddles**"));
+/// assert!(report.write(&folder)?.text.contains("**3 minima** and **2 saddles**"));
 /// let finished = folder.finish()?;
 /// assert!(finished.join("disconnectivity.svg").is_file() && finished.join("minima.parquet").is_file());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -169,6 +169,18 @@ pub fn search_surface(
     })
 }
 
+impl Subject<'_> {
+    /// What a manifest says of the energy.
+    pub(super) fn described(&self) -> Value {
+        json!({
+            "surface": self.name,
+            "coordinates": self.coordinates,
+            "low": self.low,
+            "high": self.high,
+        })
+    }
+}
+
 impl SurfaceReport<'_> {
     fn mapped(&self) -> Mapped<'_> {
         Mapped {
@@ -182,11 +194,11 @@ impl SurfaceReport<'_> {
         }
     }
 
-    /// Writes the tables, pictures, texts and summary of `landscape surface` into `folder` and returns the summary.
+    /// Writes the tables, pictures, texts and summary of `landscape surface` into `folder`.
     ///
     /// # Errors
     /// If the folder cannot be written, or a number is not finite.
-    pub fn write(&self, folder: &AtomicFolder) -> Result<String, StudyError> {
+    pub fn write(&self, folder: &AtomicFolder) -> Result<WrittenLandscape, StudyError> {
         let mapped = self.mapped();
         let merges = mapped.landscape.merges();
         let uncertainty = Uncertainty::of(self.landscape, "random starts");
@@ -217,7 +229,7 @@ impl SurfaceReport<'_> {
         };
         mapped.draw(&titles, views, &database, Vec::new(), folder)?;
         uncertainty.unseen.draw(&titles.title, folder)?;
-        conclude(&files, &self.summary(&merges), folder)
+        conclude(files, &self.summary(&merges), folder)
     }
 
     /// Sets the orders of point groups: a point that more symmetries leave in place has fewer copies.
@@ -244,10 +256,7 @@ impl SurfaceReport<'_> {
         merges: &[Merge],
         uncertainty: &Uncertainty,
     ) -> LandscapeFiles {
-        let landscape = self.landscape;
-        let edges = mapped.edges();
-        let findings = mapped.findings(merges, uncertainty);
-        let mut findings: BTreeMap<_, _> = findings.into_iter().collect();
+        let mut findings = mapped.findings(merges, uncertainty);
         let mut tell = |name: &str, value| findings.insert(name.to_owned(), value);
         tell("saddles", json!(self.found.distinct_saddles().count()));
         tell("coverage", value(self.found.coverage));
@@ -260,43 +269,22 @@ impl SurfaceReport<'_> {
         if let Some(connected) = self.connected() {
             tell("connected", value(connected));
         }
-        let manifest = Manifest {
-            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+        mapped.files(Manifest {
             command: self.command.clone(),
             seed: self.settings.seed,
             source: self.subject.source.clone(),
-            onto: None,
-            hand: None,
-            object: None,
             scale: 1.0,
-            energy: json!({
-                "surface": self.subject.name,
-                "coordinates": self.subject.coordinates,
-                "low": self.subject.low,
-                "high": self.subject.high,
-            }),
+            energy: self.subject.described(),
             settings: value(self.settings),
             terms: self.terms(),
-            group_barrier: Some(landscape.groups.barrier),
-            letting_go: None,
             counts: Counts {
-                grasps: 0,
-                minima: self.found.minima.len() as u64,
-                groups: landscape.groups.members.len() as u64,
-                pairs: edges.len() as u64,
-                components: landscape.tree.roots.len() as u64,
                 evaluations: self.found.evaluations as u64 + self.measuring,
+                ..Counts::default()
             },
-            evidence: mapped.evidence(),
             findings,
             warnings: self.warnings(),
-        };
-        LandscapeFiles {
-            manifest,
-            minima: mapped.minima(),
-            edges,
-            paths: mapped.paths(),
-        }
+            ..Manifest::default()
+        })
     }
 
     fn terms(&self) -> Vec<String> {
@@ -513,12 +501,12 @@ impl SurfaceReport<'_> {
         let warnings = self.warnings();
         lines.extend(warnings.iter().map(|warning| format!("Note: {warning}.\n")));
         if let Some(report) = self.lowest {
-            lines.extend(lowest::deepest(found, report, merges, self.digits()));
+            lines.push(lowest::deepest(found, report, merges, self.digits()));
         }
-        lines.extend(self.minima_table(merges));
-        lines.extend(self.saddle_table());
+        lines.push(self.minima_table(merges));
+        lines.push(self.saddle_table());
         lines.push(format!(
-            "\nMade by `{}`, landscape {}.\n",
+            "Made by `{}`, landscape {}.\n",
             self.command,
             env!("CARGO_PKG_VERSION")
         ));
@@ -615,13 +603,14 @@ impl SurfaceReport<'_> {
 
     /// Numbers of minima and saddles that are not isolated.
     fn degenerate(&self) -> [usize; 2] {
-        let degenerate = |audit: &&Audit| audit.verdict == Verdict::Degenerate;
-        [
-            self.found.audits.iter().filter(degenerate).count(),
-            (self.found.saddles.iter().map(|saddle| &saddle.audit))
-                .filter(degenerate)
-                .count(),
-        ]
+        self.audited(|audit| audit.verdict == Verdict::Degenerate)
+    }
+
+    /// Numbers of minima and saddles of this kind.
+    fn audited(&self, is: impl Fn(&Audit) -> bool) -> [usize; 2] {
+        let saddles = self.found.saddles.iter().map(|saddle| &saddle.audit);
+        let minima = self.found.audits.iter().filter(|audit| is(audit)).count();
+        [minima, saddles.filter(|audit| is(audit)).count()]
     }
 
     /// Numbers of minima and saddles without curvatures, which lie on a face of a box.
@@ -629,13 +618,7 @@ impl SurfaceReport<'_> {
         if Coordinates::named(&self.subject.coordinates) != Some(Coordinates::Box) {
             return [0; 2];
         }
-        let unknown = |audit: &&Audit| audit.curvatures.is_empty();
-        [
-            self.found.audits.iter().filter(unknown).count(),
-            (self.found.saddles.iter().map(|saddle| &saddle.audit))
-                .filter(unknown)
-                .count(),
-        ]
+        self.audited(|audit| audit.curvatures.is_empty())
     }
 
     fn digits(&self) -> Digits {
@@ -644,7 +627,7 @@ impl SurfaceReport<'_> {
         Digits::within(self.settings.sameness.energy, energies)
     }
 
-    fn minima_table(&self, merges: &[Merge]) -> Vec<String> {
+    fn minima_table(&self, merges: &[Merge]) -> String {
         // Height at which each minimum joins a deeper one.
         let mut joined_at = vec![None; self.found.minima.len()];
         for merge in merges {
@@ -653,50 +636,39 @@ impl SurfaceReport<'_> {
         let digits = self.digits();
         let softest = |audit: &Audit| audit.curvatures.first().copied();
         let curvatures = Digits::measured(self.found.audits.iter().filter_map(softest));
-        let mut lines = vec![
-            "## Lowest minima\n".to_owned(),
-            "| minimum | energy | joins a deeper one at | softest curvature |\n|---|---|---|---|"
-                .to_owned(),
-        ];
-        let rows = self
-            .found
-            .minima
-            .iter()
-            .zip(&self.found.audits)
-            .zip(&joined_at)
-            .enumerate();
-        lines.extend(rows.take(SHOWN).map(|(id, ((minimum, audit), joined))| {
-            format!(
-                "| m{id}{} | {} | {} | {} |",
-                mark(audit),
+        let minima = self.found.minima.iter().zip(&self.found.audits);
+        let rows = minima.zip(&joined_at).enumerate().take(SHOWN);
+        let rows = rows.map(|(id, ((minimum, audit), joined))| {
+            vec![
+                format!("m{id}{}", mark(audit)),
                 digits.show(minimum.energy),
                 joined.map_or_else(String::new, |height| digits.show(height)),
-                softest(audit).map_or_else(String::new, |curvature| curvatures.show(curvature))
-            )
-        }));
-        lines
+                softest(audit).map_or_else(String::new, |curvature| curvatures.show(curvature)),
+            ]
+        });
+        let head = [
+            "minimum",
+            "energy",
+            "joins a deeper one at",
+            "softest curvature",
+        ];
+        format!("## Lowest minima\n\n{}", table(&head, rows))
     }
 
-    fn saddle_table(&self) -> Vec<String> {
-        let mut lines = vec![
-            "\n## Lowest saddles\n".to_owned(),
-            "| energy | joins | negative curvature | searches |\n|---|---|---|---|".to_owned(),
-        ];
+    fn saddle_table(&self) -> String {
         let digits = self.digits();
         let negative = |saddle: &TransitionState| saddle.audit.curvatures.first().copied();
         let curvatures = Digits::measured(self.found.saddles.iter().filter_map(negative));
-        lines.extend(self.found.saddles.iter().take(SHOWN).map(|saddle| {
-            format!(
-                "| {}{} | m{}, m{} | {} | {} |",
-                digits.show(saddle.energy),
-                mark(&saddle.audit),
-                saddle.ends[0].0,
-                saddle.ends[1].0,
+        let rows = self.found.saddles.iter().take(SHOWN).map(|saddle| {
+            vec![
+                format!("{}{}", digits.show(saddle.energy), mark(&saddle.audit)),
+                format!("m{}, m{}", saddle.ends[0].0, saddle.ends[1].0),
                 negative(saddle).map_or_else(String::new, |curvature| curvatures.show(curvature)),
-                saddle.hits
-            )
-        }));
-        lines
+                saddle.hits.to_string(),
+            ]
+        });
+        let head = ["energy", "joins", "negative curvature", "searches"];
+        format!("## Lowest saddles\n\n{}", table(&head, rows))
     }
 }
 

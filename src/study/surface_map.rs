@@ -1,14 +1,11 @@
 //! The landscape between the minima below points of a surface, and its report.
 
-use std::collections::BTreeMap;
 use std::fmt::Write;
-
-use serde_json::json;
 
 use super::build::joined;
 use super::drawing::{Titles, Views, not_drawn};
 use super::error::StudyError;
-use super::report::{conclude, method};
+use super::report::{WrittenLandscape, conclude, method};
 use super::settings::{MapSearch, StudyRun};
 use super::surface::Subject;
 use super::tables::{Input, Mapped, upper_bounds};
@@ -165,11 +162,11 @@ impl SurfaceMapReport<'_> {
         }
     }
 
-    /// Writes tables, pictures, texts and summary into `folder` and returns the summary.
+    /// Writes tables, pictures, texts and summary into `folder`.
     ///
     /// # Errors
     /// If the folder cannot be written, or a number is not finite.
-    pub fn write(&self, folder: &AtomicFolder) -> Result<String, StudyError> {
+    pub fn write(&self, folder: &AtomicFolder) -> Result<WrittenLandscape, StudyError> {
         let mapped = self.mapped();
         let merges = mapped.landscape.merges();
         let uncertainty = Uncertainty::of(mapped.landscape, "starting points");
@@ -186,7 +183,8 @@ impl SurfaceMapReport<'_> {
         let database = Database::from_landscape(self.subject.energy, mapped.landscape, difference);
         mapped.draw(&titles, Views::default(), &database, Vec::new(), folder)?;
         uncertainty.unseen.draw(&titles.title, folder)?;
-        conclude(&files, &self.summary(&merges, &files), folder)
+        let text = self.summary(&merges, &files);
+        conclude(files, &text, folder)
     }
 
     fn files(
@@ -197,9 +195,7 @@ impl SurfaceMapReport<'_> {
     ) -> LandscapeFiles {
         let (subject, found) = (self.subject, self.found);
         let landscape = &found.landscape;
-        let edges = mapped.edges();
-        let findings = mapped.findings(merges, uncertainty);
-        let mut findings: BTreeMap<_, _> = findings.into_iter().collect();
+        let mut findings = mapped.findings(merges, uncertainty);
         findings.insert("method".to_owned(), method(found.arrivals.is_some()).into());
         if let Some(arrivals) = &found.arrivals {
             findings.insert("arrivals".to_owned(), value(arrivals));
@@ -211,43 +207,22 @@ impl SurfaceMapReport<'_> {
         let terms = first.map_or_else(Vec::new, |minimum| {
             subject.energy.terms(&minimum.coordinates)
         });
-        let manifest = Manifest {
-            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+        mapped.files(Manifest {
             command: self.command.clone(),
             seed: found.settings.seed,
             source: subject.source.clone(),
-            onto: None,
-            hand: None,
-            object: None,
             scale: 1.0,
-            energy: json!({
-                "surface": subject.name,
-                "coordinates": subject.coordinates,
-                "low": subject.low,
-                "high": subject.high,
-            }),
+            energy: subject.described(),
             settings: value(&found.settings),
             terms: terms.into_iter().map(|(name, _)| name).collect(),
-            group_barrier: Some(landscape.groups.barrier),
-            letting_go: None,
             counts: Counts {
-                grasps: 0,
-                minima: landscape.network.node_count() as u64,
-                groups: landscape.groups.members.len() as u64,
-                pairs: edges.len() as u64,
-                components: landscape.tree.roots.len() as u64,
                 evaluations: found.evaluations as u64,
+                ..Counts::default()
             },
-            evidence: mapped.evidence(),
             findings,
             warnings: self.warnings(),
-        };
-        LandscapeFiles {
-            manifest,
-            minima: mapped.minima(),
-            edges,
-            paths: mapped.paths(),
-        }
+            ..Manifest::default()
+        })
     }
 
     fn warnings(&self) -> Vec<String> {

@@ -6,7 +6,7 @@ use petgraph::visit::EdgeRef;
 use rayon::prelude::*;
 use serde_json::Value;
 
-use super::drawing::{Drawing, Quantities, Titles, Views};
+use super::drawing::{Drawing, Titles, Views};
 use super::error::StudyError;
 use super::uncertainty::Uncertainty;
 use super::ways::Way;
@@ -14,7 +14,8 @@ use super::{json, median, tally};
 use crate::energy::Energy;
 use crate::figure::Leaf;
 use crate::store::{
-    AtomicFolder, EdgeRow, LandscapeFiles, MinimumRow, PathPoint, StoreError, write_attempts,
+    AtomicFolder, Counts, EdgeRow, LandscapeFiles, Manifest, MinimumRow, PathPoint, StoreError,
+    write_attempts,
 };
 use crate::topography::exchange::{Database, Layout};
 use crate::topography::{self, Evidence, GroupSettings, Groups, Landscape, Merge, Network};
@@ -35,14 +36,14 @@ pub(super) struct Input {
 
 impl Mapped<'_> {
     /// Most frequent label of the members of a minimum.
-    pub(super) fn label(&self, members: &[usize]) -> Option<String> {
+    fn label(&self, members: &[usize]) -> Option<String> {
         let labels = members
             .iter()
             .filter_map(|&row| self.inputs[row].label.as_deref());
         tally(labels).into_iter().next().map(|(label, _)| label)
     }
 
-    pub(super) fn minima(&self) -> Vec<MinimumRow> {
+    fn minima(&self) -> Vec<MinimumRow> {
         let minima = self
             .landscape
             .network
@@ -65,7 +66,7 @@ impl Mapped<'_> {
         minima.enumerate().map(row).collect()
     }
 
-    pub(super) fn edges(&self) -> Vec<EdgeRow> {
+    fn edges(&self) -> Vec<EdgeRow> {
         let network = &self.landscape.network;
         let least = |barriers: &[Option<f64>]| barriers.iter().flatten().copied().reduce(f64::min);
         network
@@ -99,7 +100,7 @@ impl Mapped<'_> {
             .collect()
     }
 
-    pub(super) fn paths(&self) -> Vec<PathPoint> {
+    fn paths(&self) -> Vec<PathPoint> {
         let paths: Vec<Vec<PathPoint>> = self
             .landscape
             .connections
@@ -124,12 +125,36 @@ impl Mapped<'_> {
         paths.into_iter().flatten().collect()
     }
 
+    /// The tables, and a manifest with what all landscapes have. `manifest` has what is particular to this one.
+    pub(super) fn files(&self, manifest: Manifest) -> LandscapeFiles {
+        let edges = self.edges();
+        let counts = Counts {
+            minima: self.landscape.network.node_count() as u64,
+            groups: self.landscape.groups.members.len() as u64,
+            pairs: edges.len() as u64,
+            components: self.landscape.tree.roots.len() as u64,
+            ..manifest.counts
+        };
+        LandscapeFiles {
+            manifest: Manifest {
+                program_version: env!("CARGO_PKG_VERSION").to_owned(),
+                group_barrier: Some(self.landscape.groups.barrier),
+                counts,
+                evidence: self.evidence(),
+                ..manifest
+            },
+            minima: self.minima(),
+            edges,
+            paths: self.paths(),
+        }
+    }
+
     /// Manifest entries about merges and groups.
     pub(super) fn findings(
         &self,
         merges: &[Merge],
         uncertainty: &Uncertainty,
-    ) -> Vec<(String, Value)> {
+    ) -> BTreeMap<String, Value> {
         let evidence = tally(merges.iter().map(|merge| merge.evidence.name()));
         let terms = tally(merges.iter().filter_map(|merge| merge.term.as_deref()));
         let depth = median(merges.iter().map(|merge| merge.depth).collect());
@@ -147,7 +172,7 @@ impl Mapped<'_> {
             .into()
     }
 
-    pub(super) fn evidence(&self) -> BTreeMap<String, u64> {
+    fn evidence(&self) -> BTreeMap<String, u64> {
         let counts = self.landscape.tally().into_iter();
         counts
             .map(|(evidence, count)| (evidence.name().to_owned(), count as u64))
@@ -172,16 +197,11 @@ impl Mapped<'_> {
         write_database(database, folder)?;
         write_attempts(&self.landscape.attempts.list, folder)?;
         let drawing = Drawing {
-            network,
-            tree: &self.landscape.tree,
-            attempts: &self.landscape.attempts,
-            leaves: leaves.collect(),
+            attempts: Some(&self.landscape.attempts),
             group_of: self.landscape.groups.group_of(),
             group_names,
-            titles,
             views,
-            quantities: Quantities::default(),
-            examples: Vec::new(),
+            ..Drawing::new(network, &self.landscape.tree, leaves.collect(), titles)
         };
         drawing.write(&mut |name, bytes| folder.write(name, bytes))
     }

@@ -5,8 +5,9 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 
 use super::digits::{Digits, significant};
-use super::drawing::{Drawing, MOST_NAMED, Put, Quantities, Titles, Views};
+use super::drawing::{Drawing, MOST_NAMED, Put, Titles};
 use super::error::StudyError;
+use super::markdown::table;
 use super::network_of_states::NetworkOfStates;
 use crate::figure::chart::{Axis, Chart, Mark, Panel, Series};
 use crate::figure::{MAKER, leaves_of};
@@ -15,7 +16,7 @@ use crate::thermal::{
     Funnels, SAME, Superposition, count_superbasins, frustration, range_of_energies, superbasins,
 };
 use crate::topography::exchange::Database;
-use crate::topography::{Attempts, Evidence, Groups, Tree};
+use crate::topography::{Evidence, Groups, Tree};
 
 /// Greatest number of superbasins whose occupation is drawn.
 const DRAWN: usize = 8;
@@ -199,17 +200,10 @@ impl<'a> Thermodynamics<'a> {
                 leaf.caption = number.map(|number| format!("m{number}"));
             }
         }
+        let tree = Tree::from_network(&network, Evidence::Chain);
         let drawing = Drawing {
-            network: &network,
-            tree: &Tree::from_network(&network, Evidence::Chain),
-            attempts: &Attempts::default(),
-            leaves,
             group_of: groups.group_of(),
-            group_names: Vec::new(),
-            titles: &titles,
-            views: Views::default(),
-            quantities: Quantities::default(),
-            examples: Vec::new(),
+            ..Drawing::new(&network, &tree, leaves, &titles)
         };
         drawing.write(put)?;
         let text = printable(&self.summary(), &['\n', '\t']).into_owned();
@@ -424,36 +418,35 @@ impl<'a> Thermodynamics<'a> {
         if self.peaks.is_empty() {
             text.push_str("\n- The heat capacity has no peak in this range.\n");
         }
-        text.push_str("\n| kT | energy | heat capacity | landscape entropy | effective minima | frustration |");
         let notable = self.notable();
-        for group in &notable {
-            let _ = write!(text, " funnel of m{0} | m{0} alone |", self.bottom(*group));
-        }
-        text.push_str("\n|---|---|---|---|---|---|");
-        text.push_str(&"---|".repeat(2 * notable.len()));
-        text.push('\n');
+        let funnels = notable.iter().flat_map(|group| {
+            let bottom = self.bottom(*group);
+            [format!("funnel of m{bottom}"), format!("m{bottom} alone")]
+        });
+        let funnels: Vec<String> = funnels.collect();
+        let mut head = vec!["kT", "energy", "heat capacity", "landscape entropy"];
+        head.extend(["effective minima", "frustration"]);
+        head.extend(funnels.iter().map(String::as_str));
         let step = self.curves.len().div_ceil(12).max(1);
         let digits = Digits::of(self.curves.iter().map(|at| at.energy));
-        for at in self.curves.iter().step_by(step) {
-            let frustration = at.frustration.map_or("–".to_owned(), |f| format!("{f:.3}"));
-            let _ = write!(
-                text,
-                "| {} | {} | {:.3} | {:.3} | {:.2} | {frustration} |",
+        let rows = self.curves.iter().step_by(step).map(|at| {
+            let mut row = vec![
                 significant(at.temperature),
                 digits.show(at.energy),
-                at.heat_capacity,
-                at.landscape_entropy,
-                libm::exp(at.landscape_entropy)
-            );
-            for group in &notable {
-                let _ = write!(
-                    text,
-                    " {:.3} | {:.3} |",
-                    at.occupation[*group], at.bottoms[*group]
-                );
-            }
-            text.push('\n');
-        }
+                format!("{:.3}", at.heat_capacity),
+                format!("{:.3}", at.landscape_entropy),
+                format!("{:.2}", libm::exp(at.landscape_entropy)),
+                at.frustration
+                    .map_or_else(String::new, |f| format!("{f:.3}")),
+            ];
+            let shares = notable
+                .iter()
+                .flat_map(|group| [at.occupation[*group], at.bottoms[*group]]);
+            row.extend(shares.map(|share| format!("{share:.3}")));
+            row
+        });
+        text.push('\n');
+        text += &table(&head, rows);
         let _ = writeln!(
             text,
             "\nThe disconnectivity graph and the barrier graph in this folder show free energies at kT = {}, counted \

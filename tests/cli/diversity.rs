@@ -217,7 +217,7 @@ fn planted_families_are_compared_at_one_level() {
     };
     assert_says(
         &diff("other"),
-        &["note: the groups of even.landscape", "--group-barrier"],
+        &["the groups of even.landscape", "--group-barrier"],
     );
     assert!(!diff("uneven").contains("cannot be compared"));
     // A given level holds for all.

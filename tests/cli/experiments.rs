@@ -329,7 +329,7 @@ fn first_lines_answer_the_question() {
         "{brief}"
     );
     let full = printed(&format!("{synth} -o v.parquet --verbose"));
-    assert_says(&full, &["Eq. 11 as printed", "wrote 3 grasps"]);
+    assert_says(&full, &["published", "evaluations", "wrote 3 grasps"]);
 
     let brief = printed("build g.parquet --first 3 -o g.landscape");
     let counts = LandscapeFiles::read(&desk.path("g.landscape"))

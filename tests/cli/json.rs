@@ -10,7 +10,7 @@ use crate::desk::Desk;
 use crate::{contents, grasps, in_cache, landscape};
 
 /// Section of the page, and a command of which it describes the document.
-const RUNS: [(&str, &str); 41] = [
+const RUNS: [(&str, &str); 39] = [
     (
         "synth",
         "synth --object ball -n 4 --steps 1 --keep all --drop 2 -o s.parquet",
@@ -34,14 +34,6 @@ const RUNS: [(&str, &str); 41] = [
         "inspect g.landscape --path m0 m1 --pictures 2",
     ),
     ("stability", "stability g.parquet"),
-    (
-        "stability --print-protocol",
-        "stability g.parquet --print-protocol",
-    ),
-    (
-        "stability --print-protocol",
-        "stability g.parquet --print-protocol --protocol six-directions",
-    ),
     ("label", "label g.parquet"),
     ("label --explain", "label g.parquet --explain 0"),
     ("join", "join g.parquet g.parquet -o twice.parquet"),

@@ -34,7 +34,7 @@ fn a_network_becomes_an_object() {
         String::from_utf8(output.stdout).unwrap()
     };
     let text = run("objects bake model.safetensors --code 2 --scale 0.05 --cells 40 -o jar.obj");
-    assert_says(&text, &["size", "triangles", "smooth field"]);
+    assert_says(&text, &["size (mm)", "triangles", "field cell (mm)"]);
     assert_eq!(
         names(desk.folder.path()),
         ["cache", "jar.obj", "model.safetensors", "specs.json"]
@@ -160,11 +160,11 @@ fn the_objects_that_come_with_the_program() {
     for name in landscape::object::OBJECT_NAMES {
         assert!(
             text.lines()
-                .any(|line| line.starts_with(&format!("{name} "))),
+                .any(|line| line.trim_start().starts_with(&format!("{name} "))),
             "{name}: {text}"
         );
     }
-    assert_says(&text, &["70 × 70 × 70", "sphere", "axis", "none"]);
+    assert_says(&text, &["70, 70, 70", "sphere", "axis", "none"]);
 }
 
 /// A box of these half sides as OBJ, closed or without its top.

@@ -325,7 +325,7 @@ const RUNS: [(&str, &[&str]); 24] = [
 ];
 
 /// Flags that do not change the output of these verbs, with the reason.
-const WITHOUT_TRACE: [(&str, &str); 17] = [
+const WITHOUT_TRACE: [(&str, &str); 16] = [
     (
         "drop",
         "tells how a sample fares; the file is written before",
@@ -354,7 +354,6 @@ const WITHOUT_TRACE: [(&str, &str); 17] = [
     ("version", "writes nothing"),
     ("explain", "writes nothing"),
     ("no-report", "leaves out a page and changes no other file"),
-    ("print-protocol", "writes nothing"),
 ];
 
 /// A folder of input files with unusual names.

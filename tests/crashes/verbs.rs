@@ -167,13 +167,13 @@ const VERBS: [Verb; 31] = [
     ),
     verb(
         "hands",
-        "hands inspect human --side-file human.json --picture human.png --force",
+        "hands inspect human --side-file human.json -o human.png --force",
         &[],
         false,
     ),
     verb(
         "objects",
-        "objects inspect cube.obj --side-file found.json --picture cube.png --force",
+        "objects inspect cube.obj --side-file found.json -o cube.png --force",
         &["cube.obj"],
         false,
     ),

@@ -220,8 +220,8 @@ fn quaternions_are_made_unit_and_canonical() {
 fn a_joint_slightly_beyond_its_limit_is_kept_with_a_warning() {
     let (_folder, path) = place("grasps.parquet");
     let mut written = file(3);
-    written.grasps[1].grasp.pose.joints_mut()[0] = -0.35;
-    written.grasps[2].grasp.pose.joints_mut()[0] = -0.3 - 1e-8;
+    written.grasps[1].grasp.pose[7] = -0.35;
+    written.grasps[2].grasp.pose[7] = -0.3 - 1e-8;
     written.write(&path).unwrap();
     let (found, warnings) = read(&path).unwrap();
     assert_eq!(found, written);

@@ -51,7 +51,7 @@ fn rows_that_cannot_be_used_are_refused() {
             "column `rotation_wxyz` contains NaN, which is not a finite number",
         ),
         (
-            |grasp| grasp.grasp.pose.joints_mut()[1] = f64::INFINITY,
+            |grasp| grasp.grasp.pose[8] = f64::INFINITY,
             "column `joints_rad` contains inf, which is not a finite number",
         ),
         (
@@ -67,7 +67,7 @@ fn rows_that_cannot_be_used_are_refused() {
             "the quaternion `rotation_wxyz` has length 1.25, expected 1",
         ),
         (
-            |grasp| grasp.grasp.pose.joints_mut()[0] = -1.5,
+            |grasp| grasp.grasp.pose[7] = -1.5,
             "joint `left` at -1.5 rad lies more than 1 rad beyond its limits -0.3 to 0.3333333333333333: are these degrees, \
              or angles of other joints?",
         ),
@@ -335,7 +335,7 @@ fn a_damaged_file_never_panics() {
 fn faults_can_be_sorted_out_before_writing() {
     let (_folder, path) = place("grasps.parquet");
     let mut file = file(4);
-    file.grasps[1].grasp.pose.joints_mut()[0] = 3.0;
+    file.grasps[1].grasp.pose[7] = 3.0;
     file.grasps[3].id = 0;
     let faults = file.faults();
     assert!(matches!(

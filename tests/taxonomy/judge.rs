@@ -167,7 +167,7 @@ pub(crate) fn judge(cases: &[Case], rule: &Rule, noise: Noise) -> Result<Vec<Out
         let mut posed = PosedHand::default();
         hand.pose(x, &mut posed);
         let near = touches(hand, &anatomy, &posed, object);
-        let held = held(object, &near, &anatomy.volar(&posed));
+        let held = held(object, &near, &anatomy.palm_axes(&posed).volar);
         let misread = |x: &[f64]| {
             let mut read = PosedHand::default();
             hand.pose(x, &mut read);

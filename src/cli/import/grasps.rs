@@ -9,7 +9,7 @@ use super::arguments::Import;
 use crate::cli::args::{Common, within};
 use crate::cli::input;
 use crate::cli::output::check_file;
-use crate::cli::printing::{complain, print, print_json};
+use crate::cli::printing::{complain, tell_written};
 use crate::cli::provenance::name_of;
 use crate::cli::run::Watch;
 use crate::grasp::Judgement;
@@ -17,7 +17,7 @@ use crate::limits::OBJECT_SCALE;
 use crate::store::exchange::{Mapping, check_kind, files_of};
 use crate::store::{Source, content_hash};
 use crate::study::{
-    GraspImportError, GraspImportSettings, ImportedGrasps, Run, ScaleCounts, import_grasps,
+    GraspImportError, GraspImportSettings, ImportedGrasps, ScaleCounts, import_grasps, median,
 };
 
 /// Names of mesh files in data sets that do not tell the object.
@@ -59,38 +59,29 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
         mapping,
     };
 
-    let watch = Watch::new(common.quiet);
-    let run = Run {
-        observer: &|news| watch.see(news),
-        ..Run::default()
-    };
-    let imported = import_grasps(&command.path, &settings, &run);
-    watch.clear();
+    let imported = Watch::over(common.quiet, |run| {
+        import_grasps(&command.path, &settings, run)
+    });
     let mut imported = imported.map_err(|error| with_flag(error, command))?;
     let metadata = &mut imported.file.metadata;
     metadata.command.clone_from(&common.provenance.command);
     metadata.inputs = sources(command, common)?;
     imported.file.write(&output)?;
-    if common.json {
-        print_json(&value(&imported, &output))?;
+    if !common.quiet {
+        for notes in &imported.object_notes {
+            input::warn(notes);
+        }
+        // Apart from the others, of which only some are shown.
+        if let Some(doubt) = &imported.doubt {
+            input::warn(&[doubt.to_string()]);
+        }
+        input::warn(&imported.notes);
     }
+    let report = value(&imported, &output);
+    tell_written(common, &report, &output.display().to_string())?;
     if common.quiet {
         return Ok(());
     }
-    for notes in &imported.object_notes {
-        input::warn(notes);
-    }
-    // Apart from the others, of which only some are shown.
-    input::warn(
-        &imported
-            .doubt
-            .iter()
-            .map(ToString::to_string)
-            .collect::<Vec<_>>(),
-    );
-    input::warn(&imported.notes);
-    print(&summary(&imported));
-    complain(&format!("wrote {}", output.display()));
     let object = &imported.file.metadata.objects[0].name;
     if command.name.is_none() && VAGUE_NAMES.contains(&object.as_str()) {
         complain(&format!(
@@ -168,7 +159,7 @@ fn with_flag(error: GraspImportError, command: &Import) -> anyhow::Error {
     }
 }
 
-/// The JSON document.
+/// The report.
 fn value(imported: &ImportedGrasps, output: &Path) -> Value {
     let ImportedGrasps {
         file,
@@ -183,6 +174,7 @@ fn value(imported: &ImportedGrasps, output: &Path) -> Value {
     let hand = &file.metadata.hands[0];
     let ScaleCounts(scales) = ScaleCounts::of(file.grasps.iter().map(|grasp| grasp.scale));
     let count = |test: fn(&Judgement) -> bool| judgements.iter().filter(|j| test(j)).count();
+    let middle = |value: fn(&Judgement) -> f64| median(judgements.iter().map(value).collect());
     json!({
         "format": format,
         "hand": hand.name,
@@ -191,51 +183,12 @@ fn value(imported: &ImportedGrasps, output: &Path) -> Value {
         "read": file.grasps.len(),
         "left_out": left_out,
         "scales": scales.iter().map(|(scale, grasps)| json!({ "scale": scale, "grasps": grasps })).collect::<Vec<_>>(),
+        "median_gap_m": middle(|judgement| judgement.gap_m),
+        "median_depth_m": middle(|judgement| judgement.deepest_m),
         "published": count(Judgement::passes_published),
         "strict": count(Judgement::passes_strict),
         "doubt": doubt.as_ref().map(ToString::to_string),
         "notes": hand.warnings().chain(notes.iter().cloned()).collect::<Vec<_>>(),
         "wrote": [output],
     })
-}
-
-fn summary(imported: &ImportedGrasps) -> String {
-    let ImportedGrasps {
-        file,
-        judgements,
-        format,
-        found,
-        left_out,
-        ..
-    } = imported;
-    let rising = |value: fn(&Judgement) -> f64| {
-        let mut values: Vec<f64> = judgements.iter().map(|j| 1e3 * value(j)).collect();
-        values.sort_by(f64::total_cmp);
-        values
-    };
-    let gaps = rising(|judgement| judgement.gap_m);
-    let depths = rising(|judgement| judgement.deepest_m);
-    let at = |values: &[f64], tenths: usize| values[(values.len() - 1) * tenths / 10];
-    let counts = |test: fn(&Judgement) -> bool| judgements.iter().filter(|j| test(j)).count();
-    let left_out = match left_out {
-        0 => String::new(),
-        _ => format!(", {left_out} left out"),
-    };
-    format!(
-        "read                 {} of {found} grasps ({format}) of {} on {}{left_out}\n\
-         scales               {}\n\
-         farthest contact     median {:.1} mm, nine in ten within {:.1} mm\n\
-         deepest penetration  median {:.1} mm, nine in ten within {:.1} mm\n\
-         Eq. 11 as printed    {} pass\nstrict filter        {} pass",
-        file.grasps.len(),
-        file.metadata.hands[0].name,
-        file.metadata.objects[0].name,
-        ScaleCounts::of(file.grasps.iter().map(|grasp| grasp.scale)),
-        at(&gaps, 5),
-        at(&gaps, 9),
-        at(&depths, 5),
-        at(&depths, 9),
-        counts(Judgement::passes_published),
-        counts(Judgement::passes_strict),
-    )
 }

@@ -1,6 +1,5 @@
 //! Import of `min.data` and `ts.data` of PATHSAMPLE or topsearch as a landscape.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
@@ -49,13 +48,13 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
         imported = imported.noting(note);
     }
     let folder = AtomicFolder::open(&output, true)?;
-    let text = imported.write(&folder)?;
+    let written = imported.write(&folder)?;
     if !command.page.no_report {
-        report::write_into(&folder, &BTreeMap::new(), common)?;
+        report::write_surface(&folder, &written, &[], common)?;
     }
     let finished = folder.finish()?;
     if !common.quiet {
-        print(&text);
+        print(&written.text);
         complain(&format!("wrote {}", finished.display()));
     }
     print_landscapes(common, &[finished])

@@ -1,6 +1,5 @@
 //! `landscape inspect`: the quality of grasps or contacts.
 
-use std::fmt::Write;
 use std::path::PathBuf;
 
 use anyhow::Context;
@@ -88,72 +87,4 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
         return grasps::run(command, common);
     }
     contacts::run(command, &bytes, common)
-}
-
-/// Aligned columns: the first to the left, the others to the right.
-fn table(rows: &[Vec<String>]) -> String {
-    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let width = |column: usize| {
-        let cells = rows.iter().filter_map(|row| row.get(column));
-        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..columns).map(width).collect();
-    let mut text = String::new();
-    for row in rows {
-        let mut line = String::new();
-        for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
-            if column == 0 {
-                let _ = write!(line, "{cell:<width$}");
-            } else {
-                let _ = write!(line, "  {cell:>width$}");
-            }
-        }
-        text.push_str(line.trim_end());
-        text.push('\n');
-    }
-    text
-}
-
-/// A number with four significant digits and at most four decimals, as a power of ten from 10⁷; `inf` for infinity.
-fn number(value: f64) -> String {
-    if value.is_infinite() {
-        return if value > 0.0 { "inf" } else { "-inf" }.to_owned();
-    }
-    if value.abs() >= 1e7 {
-        return format!("{value:.3e}");
-    }
-    let decimals = match value.abs() {
-        size if size < 10.0 => 4,
-        size if size < 100.0 => 3,
-        size if size < 1000.0 => 2,
-        _ => 0,
-    };
-    let text = format!("{value:.decimals$}");
-    // Zero has no minus sign.
-    if text.trim_start_matches(['-', '0', '.']).is_empty() {
-        text.trim_start_matches('-').to_owned()
-    } else {
-        text
-    }
-}
-
-fn yes(is: bool) -> &'static str {
-    if is { "yes" } else { "no" }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_and_tables() {
-        assert_eq!(number(f64::INFINITY), "inf");
-        assert_eq!(number(-1e-9), "0.0000");
-        assert_eq!(number(-0.12345), "-0.1235");
-        assert_eq!(number(123.456), "123.46");
-        assert_eq!(number(-123_456_789.0), "-1.235e8");
-        let rows = [vec!["μ", "1.5", "x"], vec!["depth", "10.5"]]
-            .map(|row| row.into_iter().map(str::to_owned).collect());
-        assert_eq!(table(&rows), "μ       1.5  x\ndepth  10.5\n");
-    }
 }

@@ -1,15 +1,13 @@
 //! The minimax path between two minima of a landscape, as pictures with the energy by term, and as an animation.
 
-use std::path::{Path, PathBuf};
-
 use anyhow::{Context, bail, ensure};
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::{Inspect, number, table};
+use super::Inspect;
 use crate::cli::args::{Common, within};
 use crate::cli::input::open_landscape;
-use crate::cli::output::{check_file, is_scene};
-use crate::cli::printing::{complain, print, print_json};
+use crate::cli::output::{check_file, given_or_beside, is_scene, with_ending};
+use crate::cli::printing::{complain, print_json, tell};
 use crate::grasp::GraspEnergy;
 use crate::limits::PICTURES;
 use crate::printable::numbered;
@@ -33,10 +31,8 @@ pub(super) fn run(command: &Inspect, ends: &[String], common: &Common) -> anyhow
         ends[1]
     );
     within("--pictures", PICTURES, command.pictures as f64)?;
-    let output = match &command.output {
-        Some(output) => output.clone(),
-        None => beside(folder, from, to)?,
-    };
+    let ending = format!("m{}-m{}", from.0, to.0);
+    let output = given_or_beside(command.output.as_ref(), folder, &ending)?;
     for ending in ENDINGS {
         check_file(&with_ending(&output, ending), &[folder], common.force)?;
     }
@@ -49,7 +45,7 @@ pub(super) fn run(command: &Inspect, ends: &[String], common: &Common) -> anyhow
     if common.json {
         print_json(&value(&files, &energy, &path))?;
     } else {
-        print(&text(&files, &energy, &path));
+        tell(common, &barrier(&files, &energy, &path))?;
     }
     let canvas = path.strip(&energy, command.pictures)?;
     let mut outputs = FileSet::default();
@@ -66,20 +62,6 @@ pub(super) fn run(command: &Inspect, ends: &[String], common: &Common) -> anyhow
         complain(&format!("wrote {}.png, .svg and .glb", output.display()));
     }
     Ok(())
-}
-
-fn with_ending(output: &Path, ending: &str) -> PathBuf {
-    let mut name = output.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{ending}"));
-    output.with_file_name(name)
-}
-
-/// The output `NAME.m3-m17` beside the landscape.
-fn beside(folder: &Path, from: MinimumId, to: MinimumId) -> anyhow::Result<PathBuf> {
-    let stem = folder.file_stem();
-    let stem = stem.with_context(|| format!("{} does not name a folder", folder.display()))?;
-    let name = format!("{}.m{}-m{}", stem.to_string_lossy(), from.0, to.0);
-    Ok(folder.with_file_name(name))
 }
 
 /// Parses `m3`, or `g2` for the lowest minimum of a group.
@@ -99,60 +81,35 @@ fn minimum(files: &LandscapeFiles, name: &str) -> anyhow::Result<MinimumId> {
     }
 }
 
-fn millimetres(step: &Waypoint) -> f64 {
-    1e3 * step.along_m
-}
-
-/// Text on the barrier: terms at the start, the top and the end.
-fn text(files: &LandscapeFiles, energy: &GraspEnergy, path: &MinimaxPath) -> String {
-    let MinimaxPath {
-        minima: route,
-        points: steps,
-    } = path;
-    let top = path.top();
-    let minima: Vec<String> = route.iter().map(|id| format!("m{}", id.0)).collect();
-    let ways = (ways(files, route).into_iter().zip(route.windows(2)))
-        .filter_map(|(way, ends)| Some(format!("m{} → m{} {}", ends[0].0, ends[1].0, way?)));
-    let ways: Vec<String> = ways.collect();
-    let ways = if ways.is_empty() {
-        String::new()
-    } else {
-        format!("what it is: {}\n", ways.join(", "))
+/// The barrier: terms at the start, the top and the end of the path.
+fn barrier(files: &LandscapeFiles, energy: &GraspEnergy, path: &MinimaxPath) -> Value {
+    let steps = &path.points;
+    let ends = [&steps[0], &steps[steps.len() - 1]];
+    let top = &steps[path.top()];
+    let higher = ends[usize::from(ends[1].point.energy >= ends[0].point.energy)];
+    let row = |name: &str, of: &dyn Fn(&Waypoint) -> f64| {
+        json!({
+            "term": name,
+            "start": of(ends[0]),
+            "top": of(top),
+            "end": of(ends[1]),
+            "top above the higher end": of(top) - of(higher),
+        })
     };
-    let groups: Vec<String> = route
-        .iter()
-        .map(|id| format!("g{}", files.minima[id.0].group))
-        .collect();
-    let mut rows = vec![
-        ["", "start", "top", "end", "top above the higher end"]
-            .map(str::to_owned)
-            .to_vec(),
-    ];
-    let (first, last) = (0, steps.len() - 1);
-    let higher = if steps[first].point.energy > steps[last].point.energy {
-        first
-    } else {
-        last
-    };
-    let mut row = |name: &str, of: &dyn Fn(&Waypoint) -> f64| {
-        let mut cells = vec![name.to_owned()];
-        cells.extend([first, top, last].map(|place| number(of(&steps[place]))));
-        cells.push(number(of(&steps[top]) - of(&steps[higher])));
-        rows.push(cells);
-    };
-    row("energy", &|step| step.point.energy);
+    let mut rows = vec![row("energy", &|step| step.point.energy)];
     for (term, name) in energy.term_names().iter().enumerate() {
-        row(&format!("  {name}"), &|step| step.terms()[term]);
+        rows.push(row(name, &|step| step.terms()[term]));
     }
-    format!(
-        "lowest way found: {} (groups {})\n{ways}{} points, {:.1} mm; the top is after {:.1} mm\n\n{}",
-        minima.join(" → "),
-        groups.join(" → "),
-        steps.len(),
-        millimetres(&steps[last]),
-        millimetres(&steps[top]),
-        table(&rows)
-    )
+    let named = |id: &MinimumId| format!("m{} (g{})", id.0, files.minima[id.0].group);
+    let route: Vec<String> = path.minima.iter().map(named).collect();
+    json!({
+        "lowest way found": route.join(" → "),
+        "what it is": ways(files, &path.minima).into_iter().flatten().collect::<Vec<_>>(),
+        "length_m": ends[1].along_m,
+        "top_after_m": top.along_m,
+        "points": steps.len(),
+        "barrier": rows,
+    })
 }
 
 /// What each connection of a route is, if the landscape tells.
@@ -165,12 +122,12 @@ fn ways<'f>(files: &'f LandscapeFiles, route: &[MinimumId]) -> Vec<Option<&'f st
     route.windows(2).map(way).collect()
 }
 
-fn value(files: &LandscapeFiles, energy: &GraspEnergy, path: &MinimaxPath) -> serde_json::Value {
+fn value(files: &LandscapeFiles, energy: &GraspEnergy, path: &MinimaxPath) -> Value {
     let MinimaxPath {
         minima: route,
         points: steps,
     } = path;
-    let steps: Vec<serde_json::Value> = steps
+    let steps: Vec<Value> = steps
         .iter()
         .map(|step| {
             json!({

@@ -1,21 +1,13 @@
 //! `landscape surface --search adelm`: the minima below random points, joined by attraction–diffusion alone.
 
-use std::collections::BTreeMap;
-use std::error::Error;
-
 use anyhow::ensure;
 
-use super::{Check, Coordinates, Sought, Surface, output_of};
+use super::{Check, Coordinates, Sought, Surface, Work, output_of};
 use crate::cli::args::Common;
-use crate::cli::printing::print_landscapes;
-use crate::cli::run::{Unfinished, Watch, check_resumable};
-use crate::cli::{interruption, report};
 use crate::sample::{Task, stream};
 use crate::store::content_hash;
-use crate::study::{
-    MapSearch, StudyError, StudyRun, SurfaceConfiguration, SurfaceMapReport, in_region, map_surface,
-};
-use crate::topography::{GuardedJournal, Run};
+use crate::study::{MapSearch, SurfaceConfiguration, SurfaceMapReport, in_region, map_surface};
+use crate::topography::MapSettings;
 
 /// Random points from which descents begin, if `--searches` does not say how many.
 const POINTS: usize = 200;
@@ -54,59 +46,29 @@ pub(super) fn map(
     let count = command.searches.unwrap_or(POINTS);
     starts.extend((0..count as u64).map(|id| draw(&mut stream(seed, Task::Start, id))));
 
-    let output = output_of(command, subject);
-    let fingerprint = content_hash(&[
-        b"adelm",
-        subject.source.content_hash.as_bytes(),
-        subject.coordinates.as_bytes(),
-        format!("{:?}", (&subject.low, &subject.high, count, seed)).as_bytes(),
-        known_hash.as_bytes(),
-        env!("CARGO_PKG_VERSION").as_bytes(),
-    ]);
-    check_resumable(&command.again, std::slice::from_ref(&output))?;
-    let unfinished = Unfinished::open(&output, &fingerprint, &command.again, common.quiet)?;
-    let journal = GuardedJournal {
-        journal: &unfinished.journal,
-        check: &|| {
-            interruption::check()?;
-            Ok(check().map_err(Box::<dyn Error + Send + Sync>::from)?)
-        },
+    let work = Work {
+        output: output_of(command, subject),
+        fingerprint: content_hash(&[
+            b"adelm",
+            subject.source.content_hash.as_bytes(),
+            subject.coordinates.as_bytes(),
+            format!("{:?}", (&subject.low, &subject.high, count, seed)).as_bytes(),
+            known_hash.as_bytes(),
+            env!("CARGO_PKG_VERSION").as_bytes(),
+        ]),
+        enough: &|_| false,
+        check,
     };
-    let watch = Watch::new(common.quiet);
-    let run = StudyRun {
-        run: Run {
-            journal: &journal,
-            observer: &|news| watch.see(news),
-            ..Run::default()
-        },
-        stage_ended: &|name, evaluations| watch.lap(name, evaluations),
-    };
-    let found = map_surface(
-        subject.name,
-        subject.energy,
-        &starts,
-        MapSearch::Adelm,
-        |settings| settings.seed = seed,
-        &run,
-    );
-    let found = match found {
-        Err(error @ (StudyError::NoMinimum { .. } | StudyError::OneMinimumOfSurface(_))) => {
-            check()?;
-            unfinished.discard()?;
-            return Err(error.into());
-        }
-        found => found?,
-    };
-    check()?;
+    let seeded = |settings: &mut MapSettings| settings.seed = seed;
+    let (name, energy) = (subject.name, subject.energy);
+    let (found, begun) = work.run(command, common, |run| {
+        map_surface(name, energy, &starts, MapSearch::Adelm, seeded, run)
+    })?;
     let report = SurfaceMapReport {
         subject,
         found: &found,
         command: common.provenance.command.clone(),
     };
-    let text = report.write(&unfinished.folder)?;
-    if !command.page.no_report {
-        report::write_into(&unfinished.folder, &BTreeMap::new(), common)?;
-    }
-    unfinished.conclude(watch, |_| text)?;
-    print_landscapes(common, &[output])
+    let written = report.write(&begun.unfinished.folder)?;
+    begun.conclude(command, common, written, &found.landscape.attempts.list)
 }

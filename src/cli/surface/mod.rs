@@ -4,7 +4,6 @@ mod adelm;
 mod program;
 mod search;
 
-use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -25,10 +24,11 @@ use crate::limits::SEARCHES;
 use crate::store::{Source, content_hash};
 use crate::study::{
     self, Searched, StudyError, StudyRun, Subject, SurfaceConfiguration, SurfaceReport,
-    SurfaceSearch, in_region, onto, search_surface,
+    SurfaceSearch, WrittenLandscape, in_region, onto, search_surface,
 };
 use crate::topography::{
-    GroupSettings, GuardedJournal, LowestSettings, PairSearch, Run, SearchSettings, probe_size,
+    Attempt, GroupSettings, GuardedJournal, LowestSettings, PairSearch, Run, SearchSettings,
+    probe_size,
 };
 
 /// Map a surface.
@@ -450,36 +450,34 @@ fn map(
     check()?;
     command.check_connect(lowest.is_some())?;
 
-    let output = output_of(command, subject);
-    let fingerprint = content_hash(&[
-        subject.source.content_hash.as_bytes(),
-        subject.coordinates.as_bytes(),
-        format!("{:?}", (&subject.low, &subject.high)).as_bytes(),
-        serde_json::to_string(&(&settings, &lowest))?.as_bytes(),
-        known_hash.as_bytes(),
-        env!("CARGO_PKG_VERSION").as_bytes(),
-    ]);
-    check_resumable(&command.again, std::slice::from_ref(&output))?;
-    let unfinished = Unfinished::open(&output, &fingerprint, &command.again, common.quiet)?;
-    let journal = GuardedJournal {
-        journal: &unfinished.journal,
-        check: &|| {
-            interruption::check()?;
-            Ok(check().map_err(Box::<dyn Error + Send + Sync>::from)?)
-        },
-    };
-    let watch = Watch::new(common.quiet);
-    let run = StudyRun {
-        run: Run {
-            journal: &journal,
-            observer: &|news| watch.see(news),
-            enough: &enough,
-        },
-        stage_ended: &|name, evaluations| watch.lap(name, evaluations),
+    let work = Work {
+        output: output_of(command, subject),
+        fingerprint: content_hash(&[
+            subject.source.content_hash.as_bytes(),
+            subject.coordinates.as_bytes(),
+            format!("{:?}", (&subject.low, &subject.high)).as_bytes(),
+            serde_json::to_string(&(&settings, &lowest))?.as_bytes(),
+            known_hash.as_bytes(),
+            env!("CARGO_PKG_VERSION").as_bytes(),
+        ]),
+        enough: &enough,
+        check,
     };
     let mut groups = configuration.groups(GroupSettings::of_saddles())?;
     groups.barrier = command.groups.group_barrier.or(groups.barrier);
-    tell_what_is_sought(command, common, lowest.as_ref(), probed);
+    explain(|| {
+        format!(
+            "the {} is searched for",
+            if lowest.is_some() {
+                "lowest part"
+            } else {
+                "whole"
+            }
+        )
+    });
+    if let (Some(note), false) = (command.extent.unused(lowest.is_none()), common.quiet) {
+        complain(&note);
+    }
     // The usual limit decides what is searched for, and an interrupted run may go on with a time or without.
     let settings = command.without_limit(settings, configuration);
     let search = SurfaceSearch {
@@ -488,15 +486,9 @@ fn map(
         known: &known,
         pair: command.pair(usize::MAX)?,
     };
-    let mut searched = match search_surface(subject, &search, &groups, &run) {
-        Err(error @ StudyError::NoMinimum { .. }) => {
-            check()?;
-            unfinished.discard()?;
-            return Err(error.into());
-        }
-        searched => searched?,
-    };
-    check()?;
+    let (mut searched, begun) = work.run(command, common, |run| {
+        search_surface(subject, &search, &groups, run)
+    })?;
     command.check_names(&searched)?;
     if let Some(unrolled) = unrolled {
         searched.shown_as(unrolled.point, shown, &settings);
@@ -511,12 +503,91 @@ fn map(
         command: common.provenance.command.clone(),
         measuring: measuring.evaluations() + probed,
     };
-    let text = report.write(&unfinished.folder)?;
-    if !command.page.no_report {
-        report::write_into(&unfinished.folder, &BTreeMap::new(), common)?;
+    let written = report.write(&begun.unfinished.folder)?;
+    begun.conclude(command, common, written, &searched.landscape.attempts.list)
+}
+
+/// A search that can be interrupted.
+struct Work<'a> {
+    output: PathBuf,
+    fingerprint: String,
+    enough: &'a (dyn Fn(f64) -> bool + Sync),
+    check: &'a Check<'a>,
+}
+
+/// A search that has begun, whose folder lacks its final name.
+struct Begun {
+    output: PathBuf,
+    unfinished: Unfinished,
+    watch: Watch,
+}
+
+impl Work<'_> {
+    /// Begins or continues the search. If it finds nothing to map, nothing is left of it.
+    fn run<T>(
+        self,
+        command: &Surface,
+        common: &Common,
+        search: impl FnOnce(&StudyRun<'_>) -> Result<T, StudyError>,
+    ) -> anyhow::Result<(T, Begun)> {
+        let Self {
+            output,
+            fingerprint,
+            enough,
+            check,
+        } = self;
+        check_resumable(&command.again, std::slice::from_ref(&output))?;
+        let unfinished = Unfinished::open(&output, &fingerprint, &command.again, common.quiet)?;
+        let watch = Watch::new(common.quiet);
+        let run = StudyRun {
+            run: Run {
+                journal: &GuardedJournal {
+                    journal: &unfinished.journal,
+                    check: &|| {
+                        interruption::check()?;
+                        Ok(check().map_err(Box::<dyn Error + Send + Sync>::from)?)
+                    },
+                },
+                observer: &|news| watch.see(news),
+                enough,
+            },
+            stage_ended: &|name, evaluations| watch.lap(name, evaluations),
+        };
+        let found = search(&run);
+        check()?;
+        match found {
+            Err(error @ (StudyError::NoMinimum { .. } | StudyError::OneMinimumOfSurface(_))) => {
+                unfinished.discard()?;
+                Err(error.into())
+            }
+            found => {
+                let found = found?;
+                let begun = Begun {
+                    output,
+                    unfinished,
+                    watch,
+                };
+                Ok((found, begun))
+            }
+        }
     }
-    unfinished.conclude(watch, |_| text)?;
-    print_landscapes(common, &[output])
+}
+
+impl Begun {
+    /// Writes the page and gives the folder its final name.
+    fn conclude(
+        self,
+        command: &Surface,
+        common: &Common,
+        written: WrittenLandscape,
+        attempts: &[Attempt],
+    ) -> anyhow::Result<()> {
+        if !command.page.no_report {
+            report::write_surface(&self.unfinished.folder, &written, attempts, common)?;
+        }
+        self.unfinished.conclude(self.watch, |_| written.text)?;
+        print_landscapes(common, &[self.output])
+    }
 }
 
 /// The settings of the search: as measured, but as the file and the flags say.
@@ -525,55 +596,14 @@ fn searching(
     configuration: &SurfaceConfiguration,
     measured: SearchSettings,
 ) -> anyhow::Result<SearchSettings> {
-    let (seed, scales) = (measured.seed, (measured.energy, measured.length));
+    let seed = measured.seed;
     let mut settings = configuration.search(measured)?;
     settings.seed = seed;
     settings.patience = command.patience.unwrap_or(settings.patience);
     settings.max_searches = command.searches.unwrap_or(settings.max_searches);
     settings.paths = command.paths.map_or(settings.paths, Into::into);
-    explain(|| {
-        let cause = if (settings.energy, settings.length) == scales {
-            "measured at random points"
-        } else {
-            "as the file says"
-        };
-        let in_any_case = if command.has_time_alone(configuration) {
-            "when its time is over".to_owned()
-        } else {
-            format!("after about {} in any case", settings.max_searches)
-        };
-        format!(
-            "tolerances and steps follow from an energy of {:.3e} and a length of {:.3e}, {cause}; the search ends after {} \
-             searches without a new point for each point found, and {in_any_case}",
-            settings.energy, settings.length, settings.patience
-        )
-    });
+    explain(|| format!("settings of the search: {settings:?}"));
     Ok(settings)
-}
-
-/// What is searched for, if the user wants to know, and what of the command line has no effect on it.
-fn tell_what_is_sought(
-    command: &Surface,
-    common: &Common,
-    lowest: Option<&LowestSettings>,
-    probed: u64,
-) {
-    explain(|| sought_for(lowest, probed));
-    if let (Some(note), false) = (command.extent.unused(lowest.is_none()), common.quiet) {
-        complain(&note);
-    }
-}
-
-/// What is searched for, in a sentence.
-fn sought_for(lowest: Option<&LowestSettings>, probed: u64) -> String {
-    match lowest {
-        None => "everything is searched for".to_owned(),
-        Some(lowest) => format!(
-            "only the {} lowest minima and the lowest ways between them are searched for ({probed} evaluations were spent on \
-             an estimate of the size of the landscape)",
-            lowest.minima
-        ),
-    }
 }
 
 /// The folder to write.

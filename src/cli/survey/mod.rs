@@ -16,7 +16,7 @@ use super::build::{Mapping, keep_stable};
 use super::output::{check_folder, make_folder};
 use super::run::{Watch, journal_beside, open_journal, stoppable};
 use super::{input, interruption};
-use crate::cli::printing::{complain, print, print_json, sentence, shown};
+use crate::cli::printing::{complain, print_json, sentence, shown, tell_text};
 use crate::evaluation::taxonomy::Rule;
 use crate::grasp::GraspEnergy;
 use crate::printable::counted;
@@ -306,14 +306,9 @@ impl Survey {
             Err(error) => return failed(error.into()),
         };
         let count = || {
-            let watch = Watch::new(common.quiet);
-            let run = Run {
-                observer: &|news| watch.see(news),
-                ..Run::default()
-            };
-            let counted = SurveyedPopulation::count(&task.name, &file, population, rule, &run);
-            watch.clear();
-            counted
+            Watch::over(common.quiet, |run| {
+                SurveyedPopulation::count(&task.name, &file, population, rule, run)
+            })
         };
         if self.no_map || population.grasps.len() < 2 {
             return count().map_or_else(|error| failed(error.into()), |counted| Ok(Ok(counted)));
@@ -430,13 +425,6 @@ fn write(survey: &study::Survey, output: &Path, common: &Common) -> anyhow::Resu
         set.add(&output.join(name), bytes)?;
     }
     set.finish()?;
-    if common.json {
-        print_json(&value)?;
-    } else if !common.quiet {
-        print(&text);
-    }
-    if !common.quiet {
-        complain(&format!("wrote {}", output.display()));
-    }
-    Ok(())
+    let written = output.display().to_string();
+    tell_text(common, (&text, &value), Some(&written))
 }

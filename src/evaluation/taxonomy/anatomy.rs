@@ -230,11 +230,6 @@ impl Anatomy {
             .map_or(&[], Vec::as_slice)
     }
 
-    /// The direction out of the palm, object frame.
-    pub fn volar(&self, posed: &PosedHand) -> Vector3<f64> {
-        self.palm_axes(posed).volar
-    }
-
     /// Directions of the palm, object frame.
     pub fn palm_axes(&self, posed: &PosedHand) -> PalmAxes {
         let frame = &posed.object_from_link[self.palm.0];

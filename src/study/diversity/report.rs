@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use super::{Counted, DiversityComparison, Measure};
 use crate::agreement::{Estimated, Ratio};
 use crate::figure::MAKER;
+use crate::study::markdown::table;
 
 /// The order that is told first: each kind by its frequency.
 const FIRST: usize = 1;
@@ -277,12 +278,13 @@ impl DiversityComparison {
             .map(|(name, grasps)| format!("{name} ({grasps} grasps)"))
             .collect();
         let mut text = format!("# Diversity of {}\n\n{}\n\n", listed(&sizes), self.answer());
-        let mut rows = vec![["effective number of", "order"].map(str::to_owned).to_vec()];
-        rows[0].extend(self.names.iter().cloned());
         let beside = self.beside();
-        rows[0].extend(
-            beside.map(|[one, other]| format!("{} to {}", self.names[one], self.names[other])),
-        );
+        let ratio =
+            beside.map(|[one, other]| format!("{} to {}", self.names[one], self.names[other]));
+        let mut head = vec!["effective number of", "order"];
+        head.extend(self.names.iter().map(String::as_str));
+        head.extend(ratio.as_deref());
+        let mut rows = Vec::new();
         for measure in &self.measures {
             for order in 0..3 {
                 let what = format!("{}, of {} grasps", measure.of.name(), measure.grasps);
@@ -306,7 +308,7 @@ impl DiversityComparison {
                 rows.push(row);
             }
         }
-        text.push_str(&table(&rows));
+        text += &table(&head, rows);
         text.push_str(
             "\nAn effective number says how many equally frequent kinds would be as diverse. Order 0 counts all kinds alike, order 1 \
              weighs each by its frequency, order 2 shows how many are frequent. All sets are rarefied to the same number of \
@@ -380,27 +382,4 @@ fn listed(names: &[String]) -> String {
         Some((last, others)) => format!("{} and {last}", others.join(", ")),
         None => String::new(),
     }
-}
-
-/// A Markdown table whose columns are aligned as plain text, too.
-fn table(rows: &[Vec<String>]) -> String {
-    let width = |column: usize| {
-        let cells = rows.iter().map(|row| row[column].chars().count());
-        cells.max().unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..rows[0].len()).map(width).collect();
-    let mut text = String::new();
-    for (number, row) in rows.iter().enumerate() {
-        for (cell, width) in row.iter().zip(&widths) {
-            let _ = write!(text, "| {cell:<width$} ");
-        }
-        text.push_str("|\n");
-        if number == 0 {
-            for width in &widths {
-                let _ = write!(text, "|{}", "-".repeat(width + 2));
-            }
-            text.push_str("|\n");
-        }
-    }
-    text
 }

@@ -36,6 +36,8 @@ pub struct PageLandscape<'a> {
     pub attempts: &'a Attempts,
     /// Whether grasps held in simulation, by id; empty if none was simulated.
     pub held: &'a BTreeMap<u64, bool>,
+    /// Its energy, if it is at hand; otherwise that of a landscape of grasps is built from its manifest.
+    pub energy: Option<&'a GraspEnergy>,
 }
 
 impl PageLandscape<'_> {
@@ -108,8 +110,17 @@ impl PageLandscape<'_> {
         guide: Option<(&[Vec<f64>], &[Match])>,
     ) -> Result<(Value, Vec<Vec<f64>>), StudyError> {
         let Self { name, files, .. } = *self;
-        let setting = GraspSetting::of(files, name)?;
-        let energy = setting.energy(files, name)?;
+        let built;
+        let energy = if let Some(energy) = self.energy {
+            energy
+        } else {
+            built = GraspSetting::of(files, name)?.energy(files, name)?;
+            &built
+        };
+        let setting = GraspSetting {
+            hand: energy.hand().clone(),
+            object: energy.object().clone(),
+        };
         let (object, scale) = (&files.manifest.object, files.manifest.scale);
         let object_name = object.as_ref().map_or("", |object| object.name.as_str());
         let hand_name = files
@@ -141,11 +152,11 @@ impl PageLandscape<'_> {
             "subject": subject(hand_name, object_name, scale),
             "coordinates": pack.floats(&ways.minima.concat()),
             "term_names": energy.term_names(),
-            "ways": ways.packed(files, space, Some(&energy), pack),
+            "ways": ways.packed(files, space, Some(energy), pack),
             "stable": pack.bytes(files.minima.iter().map(|row| self.stability(row))),
             "friction": energy.settings().layer.friction,
         });
-        let measured = measured(files, &energy, &ways, pack);
+        let measured = measured(files, energy, &ways, pack);
         let labels = labels(&named, pack);
         for more in [measured, labels] {
             if let (Value::Object(side), Value::Object(more)) = (&mut side, more) {

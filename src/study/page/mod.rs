@@ -101,7 +101,8 @@ impl Scenes {
 /// let minimum = |id: u64| MinimumRow { id, energy: id as f64, ..MinimumRow::default() };
 /// let files = LandscapeFiles { minima: vec![minimum(0), minimum(1)], ..LandscapeFiles::default() };
 /// let held = BTreeMap::new();
-/// let shown = PageLandscape { name: "two.landscape", files: &files, attempts: &Attempts::default(), held: &held };
+/// let (name, attempts) = ("two.landscape", &Attempts::default());
+/// let shown = PageLandscape { name, files: &files, attempts, held: &held, energy: None };
 /// let page = landscape_page(shown, None, "landscape report two.landscape")?;
 /// assert!(page.contains("Content-Security-Policy"));
 /// # Ok::<(), landscape::study::StudyError>(())

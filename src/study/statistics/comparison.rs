@@ -13,6 +13,7 @@ use crate::evaluation::taxonomy::{Category, Rule};
 use crate::figure::MAKER;
 use crate::figure::chart::Chart;
 use crate::study::error::StudyError;
+use crate::study::markdown;
 
 /// Comparison of a landscape of grasps with the taxonomy.
 #[derive(Debug)]
@@ -111,41 +112,42 @@ impl TaxonomyComparison<'_> {
                 why.words()
             );
         }
-        text.push_str("\n## Types\n\n| type | minima | grasps |\n|---|---|---|\n");
-        for (name, [own, grasps]) in types(basins) {
-            let _ = writeln!(text, "| {name} | {own} | {grasps} |");
-        }
-        text
+        text.push_str("\n## Types\n\n");
+        let row = |(name, [own, grasps]): (String, [u64; 2])| {
+            vec![name, own.to_string(), grasps.to_string()]
+        };
+        text + &markdown::table(
+            &["type", "minima", "grasps"],
+            types(basins).into_iter().map(row),
+        )
     }
 
     /// The table of the statistics as Markdown, followed by those that the data do not suffice for.
     pub fn statistics(&self) -> String {
-        let number = |p: Option<f64>| p.map_or(String::new(), |p| format!("{p:.4}"));
-        let mut text = String::new();
         let mut without: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        let mut rows = Vec::new();
         for row in &self.table.rows {
             let Some(value) = row.statistic.filter(|_| row.missing.is_none()) else {
                 let why = row.missing.as_deref().unwrap_or("there are too few minima");
                 without.entry(why).or_default().push(&row.name);
                 continue;
             };
-            if text.is_empty() {
-                text +=
-                    "| statistic | of | value | chance | 95 % | p |\n|---|---|---|---|---|---|\n";
-            }
-            let chance = row
-                .chance
-                .map_or(String::new(), |chance| format!("{chance:.3}"));
-            let interval = row.interval.map_or(String::new(), |[low, high]| {
-                format!("{low:.3} to {high:.3}")
-            });
-            let _ = writeln!(
-                text,
-                "| {} | {} | {value:.3} | {chance} | {interval} | {} |",
-                row.name,
-                row.about,
-                number(row.p)
-            );
+            let interval = row
+                .interval
+                .map(|[low, high]| format!("{low:.3} to {high:.3}"));
+            rows.push(vec![
+                row.name.clone(),
+                row.about.to_owned(),
+                format!("{value:.3}"),
+                row.chance
+                    .map_or_else(String::new, |chance| format!("{chance:.3}")),
+                interval.unwrap_or_default(),
+                row.p.map_or_else(String::new, |p| format!("{p:.4}")),
+            ]);
+        }
+        let mut text = String::new();
+        if !rows.is_empty() {
+            text = markdown::table(&["statistic", "of", "value", "chance", "95 %", "p"], rows);
         }
         for (why, names) in without {
             let gap = if text.is_empty() { "" } else { "\n" };

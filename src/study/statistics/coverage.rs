@@ -10,6 +10,7 @@ use crate::evaluation::taxonomy::Taxonomy;
 use crate::printable::counted;
 use crate::study::GroupLevel;
 use crate::study::error::StudyError;
+use crate::study::markdown::table;
 
 /// Comparison of the grasp types of two landscapes.
 #[derive(Debug, Clone)]
@@ -79,14 +80,12 @@ pub fn compare_types(
     if let Some(note) = &note {
         let _ = writeln!(text, "\nNote: {note}.");
     }
-    let _ = writeln!(
-        text,
-        "\n| type | grasps in {} | grasps in {} |\n|---|---|---|",
-        names[0], names[1]
-    );
-    for (name, [one, other]) in &grasps {
-        let _ = writeln!(text, "| {name} | {one} | {other} |");
-    }
+    let head = names.map(|name| format!("grasps in {name}"));
+    let row = |(name, [one, other]): &(&str, [u64; 2])| {
+        vec![(*name).to_owned(), one.to_string(), other.to_string()]
+    };
+    text.push('\n');
+    text += &table(&["type", &head[0], &head[1]], grasps.iter().map(row));
     let _ = writeln!(text, "\nIn neither: the cells {}.", missing.join(", "));
     let rows = grasps.iter();
     let rows = rows.map(|(name, grasps)| json!({ "type": name, "grasps": grasps }));

@@ -10,6 +10,7 @@ use crate::evaluation::taxonomy::Taxonomy;
 use crate::figure::MAKER;
 use crate::printable::counted;
 use crate::store::exchange::csv_table;
+use crate::study::markdown::table;
 use crate::topography::{Completeness, LEAST_MEMBERS, Rarefaction};
 
 /// Most rows of a table in the summary. The tables in the CSV files have all rows.
@@ -39,8 +40,7 @@ impl Survey {
             "families with the digits of another object's",
         ];
         let rows = self.hands.iter();
-        table(
-            &mut text,
+        text += &table(
             &head,
             rows.map(|hand| hand.row(objects(self.of_hand(hand)))),
         );
@@ -93,7 +93,7 @@ impl Survey {
             "usual types that lack",
         ];
         let rows = self.of_hand(hand).map(|one| self.row(one, hand));
-        table(text, &head, rows.take(ROWS));
+        *text += &table(&head, rows.take(ROWS));
         if hand.populations.len() > ROWS {
             let _ = write!(
                 text,
@@ -115,7 +115,7 @@ impl Survey {
                     set.grasps.to_string(),
                 ]
             });
-            table(text, &["touching", "objects", "families", "grasps"], rows);
+            *text += &table(&["touching", "objects", "families", "grasps"], rows);
         }
     }
 
@@ -169,21 +169,18 @@ impl Survey {
     }
 
     fn explanation() -> String {
-        let mut text = "Families are groups of a landscape: grasps between which the hand passes over low barriers. \"Families \
-            unseen\" is a lower bound of what the grasps have not shown (Chao1, with its 95 % interval), and \"next known\" \
-            the chance that one more grasp falls into a known family (Good and Turing). Types and cells are those of the GRASP \
-            taxonomy. Contact regions are the digits (and the palm) that are within 2 mm of the object; a set of them is a kind. A usual \
-            type is one that at least half of the other objects have. All of this takes the grasps for independent draws: \
-            grasps that were chosen to be spread look more diverse than their source.\n"
-            .to_owned();
-        let _ = write!(
-            text,
-            "\nTypes, cells, sets of contact regions and families are counted as they were observed: more grasps show more of \
-             them. Effective numbers are Hill numbers of order 1 (each kind weighed by its frequency), expected in a sample of \
-             {LEAST_MEMBERS} of the grasps that are of some kind. They compare objects with different numbers of grasps, and \
-             are left out where fewer were counted.\n"
-        );
-        text
+        format!(
+            "Families are groups of a landscape: grasps between which the hand passes over low barriers. \"Families unseen\" is a \
+             lower bound of what the grasps have not shown (Chao1, with its 95 % interval), and \"next known\" the chance that \
+             one more grasp falls into a known family (Good and Turing). Types and cells are those of the GRASP taxonomy. \
+             Contact regions are the digits (and the palm) that are within 2 mm of the object; a set of them is a kind. A usual \
+             type is one that at least half of the other objects have. All of this takes the grasps for independent draws: \
+             grasps that were chosen to be spread look more diverse than their source.\n\nTypes, cells, sets of contact \
+             regions and families are counted as they were observed: more grasps show more of them. Effective numbers are Hill \
+             numbers of order 1 (each kind weighed by its frequency), expected in a sample of {LEAST_MEMBERS} of the grasps that \
+             are of some kind. They compare objects with different numbers of grasps, and are left out where fewer were \
+             counted.\n"
+        )
     }
 
     /// One row for each population (`populations.csv`). Unknown values are empty.
@@ -434,23 +431,5 @@ pub(super) fn contacts_label(contacts: &str) -> &str {
         "nothing"
     } else {
         contacts
-    }
-}
-
-/// A table without the columns of which nothing is known.
-fn table(text: &mut String, head: &[&str], rows: impl Iterator<Item = Vec<String>>) {
-    let rows: Vec<Vec<String>> = rows.collect();
-    let known = |column: &usize| {
-        let mut cells = rows.iter().map(|row| row[*column].as_str());
-        cells.any(|cell| !matches!(cell, "" | "–"))
-    };
-    let columns: Vec<usize> = (0..head.len()).filter(known).collect();
-    let mut line = |cells: Vec<&str>| {
-        let _ = writeln!(text, "| {} |", cells.join(" | "));
-    };
-    line(columns.iter().map(|column| head[*column]).collect());
-    line(columns.iter().map(|_| "---").collect());
-    for row in &rows {
-        line(columns.iter().map(|column| row[*column].as_str()).collect());
     }
 }
