@@ -2,9 +2,8 @@
 
 use super::{Claims, Finding, Verdict};
 use landscape::agreement::{
-    Correlation, Dendrogram, Outcome, Permutations, Tested, anosim_of_ranks, barrier_ratio,
-    bootstrap, cliffs_delta, indicator, mantel, morans_i, partial_mantel, test_labels,
-    test_uncertain_labels,
+    Correlation, Dendrogram, Permutations, Tested, anosim_of_ranks, barrier_ratio, bootstrap,
+    cliffs_delta, indicator, mantel, morans_i, partial_mantel, test_labels, test_uncertain_labels,
 };
 use landscape::evaluation::taxonomy::{Category, Rule, Taxonomy};
 use landscape::study::{Basin, Basins, Part, StatisticsSettings};
@@ -42,10 +41,7 @@ struct Asked<'a> {
 
 impl Asked<'_> {
     fn test(&self, part: &Part, statistic: impl Fn(&[usize]) -> f64 + Sync) -> Option<Tested> {
-        match test_labels(&part.labels, &part.blocks, &self.permutations, statistic) {
-            Outcome::Known(tested) => Some(tested),
-            _ => None,
-        }
+        test_labels(&part.labels, &part.blocks, &self.permutations, statistic).known()
     }
 
     /// The verdict, where the hand has the regions of a human one.
