@@ -5,11 +5,9 @@
 //! which has no contact set and whose steps are descents. Runs in the .csv are not repeated; delete it to start again.
 //! `--quick`: 16 chains of 500 steps, into `target/`.
 
-#[path = "yields/interval.rs"]
 mod interval;
 #[expect(dead_code, reason = "each program uses a part")]
 mod method;
-#[path = "yields/table.rs"]
 mod table;
 
 use std::error::Error;
@@ -56,41 +54,29 @@ const FINGERTIPS: Line = Line {
     ..line("fingertips", "ball", 3)
 };
 
-/// A panel: its title and its lines.
-type Lines = (&'static str, &'static [Line]);
+/// A panel: the method, its title, its lines, and the index of the reading of Eq. 11 that is drawn.
+type Drawn = (&'static str, &'static str, &'static [Line], usize);
 
-/// The panels of the paper's method.
-const PANELS: [Lines; 3] = [
-    (
-        "ball, 3 contacts",
-        &[line("all surface points", "ball", 3), FINGERTIPS],
-    ),
-    (
-        "ball, all surface points",
-        &[
-            line("3 contacts", "ball", 3),
-            line("5 contacts", "ball", 5),
-            line("8 contacts", "ball", 8),
-        ],
-    ),
-    (
-        "3 contacts, all surface points",
-        &[line("ball", "ball", 3), line("bottle", "bottle_round", 3)],
-    ),
+const CANDIDATES: &[Line] = &[line("all surface points", "ball", 3), FINGERTIPS];
+const CONTACTS: &[Line] = &[
+    line("3 contacts", "ball", 3),
+    line("5 contacts", "ball", 5),
+    line("8 contacts", "ball", 8),
 ];
+const OBJECTS: &[Line] = &[line("ball", "ball", 3), line("bottle", "bottle_round", 3)];
 
-/// Chains of the default energy, which has no contact set: a panel of its own.
-const CLOSED: [Lines; 1] = [(
-    "ball and bottle, after rough descents",
-    &[line("ball", "ball", 0), line("bottle", "bottle_round", 0)],
-)];
-
-/// Names of the methods, their panels, and the index of the reading of Eq. 11 that is drawn.
-const METHODS: [(&str, &[Lines], usize); 3] = [
-    ("as printed", &PANELS, 1),
-    ("as released", &PANELS, 2),
-    ("closed", &CLOSED, 1),
+/// The panels, row by row. The default energy has no contact set.
+const PANELS: [Drawn; 8] = [
+    ("as printed", "ball, 3 contacts", CANDIDATES, 1),
+    ("as printed", "ball, all surface points", CONTACTS, 1),
+    ("as printed", "3 contacts, all surface points", OBJECTS, 1),
+    ("closed", "ball", &[line("ball", "ball", 0)], 1),
+    ("as released", "ball, 3 contacts", CANDIDATES, 2),
+    ("as released", "ball, all surface points", CONTACTS, 2),
+    ("as released", "3 contacts, all surface points", OBJECTS, 2),
+    ("closed", "bottle", &[line("bottle", "bottle_round", 0)], 1),
 ];
+const METHODS: [&str; 3] = ["as printed", "as released", "closed"];
 
 /// Number and length of the chains.
 #[derive(Clone, Copy)]
@@ -110,8 +96,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     // A line in several panels is one run.
     let mut runs: Vec<(String, &str, &Line)> = Vec::new();
-    for (name, panels, _) in METHODS {
-        for line in panels.iter().flat_map(|(_, lines)| *lines) {
+    for name in METHODS {
+        let panels = PANELS.iter().filter(|(method, ..)| *method == name);
+        for line in panels.flat_map(|(_, _, lines, _)| *lines) {
             let key = key(name, line, size);
             if runs.iter().all(|(known, ..)| *known != key) {
                 runs.push((key, name, line));
@@ -123,16 +110,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (key, name, line) in &runs {
         if table.of(key).is_empty() {
             eprintln!("{key}");
-            for row in measure(name, line, size)? {
-                table.add(key, &row);
-            }
+            let rows = measure(name, line, size)?;
+            table.set(key, rows.iter().map(|row| &row[..]));
             table.write(&csv, &keys)?;
         }
     }
     table.write(&csv, &keys)?;
     fs::write(folder.join("success_rates.md"), text(&runs, &table, size))?;
     let chart = Chart {
-        columns: PANELS.len(),
+        columns: PANELS.len() / 2,
         ..Chart::new(
             "Successes against steps: Eq. 11 (solid) and the strict filter (dashed)",
             panels(&table, size),
@@ -172,27 +158,24 @@ fn method(name: &str, line: &Line, size: Size) -> Result<Method, Box<dyn Error>>
 }
 
 fn panels(table: &Table, size: Size) -> Vec<Panel> {
-    let mut drawn = Vec::new();
-    for (name, panels, reading) in METHODS {
-        for (title, lines) in panels {
-            let mut series = Vec::new();
-            for line in *lines {
-                let rows = table.of(&key(name, line, size));
-                let curve = |column: usize| {
-                    let along = rows.iter().filter(|row| row[0] > 0.0);
-                    Series::line(along.map(|row| [row[0], row[column]]).collect()).named(line.name)
-                };
-                series.push(curve(reading));
-                series.push(curve(STRICT).dashed());
-            }
-            let axes = (Axis::logarithmic("step"), Axis::linear("successes"));
-            drawn.push(Panel {
-                legend: Some(Corner::UpperLeft),
-                ..Panel::new(&format!("{name}: {title}"), axes.0, axes.1, series)
-            });
+    let panel = |(name, title, lines, reading): Drawn| {
+        let mut series = Vec::new();
+        for line in lines {
+            let rows = table.of(&key(name, line, size));
+            let curve = |column: usize| {
+                let along = rows.iter().filter(|row| row[0] > 0.0);
+                Series::line(along.map(|row| [row[0], row[column]]).collect()).named(line.name)
+            };
+            series.push(curve(reading));
+            series.push(curve(STRICT).dashed());
         }
-    }
-    drawn
+        let axes = (Axis::logarithmic("step"), Axis::linear("successes"));
+        Panel {
+            legend: Some(Corner::UpperLeft),
+            ..Panel::new(&format!("{name}: {title}"), axes.0, axes.1, series)
+        }
+    };
+    PANELS.into_iter().map(panel).collect()
 }
 
 fn text(runs: &[(String, &str, &Line)], table: &Table, size: Size) -> String {

@@ -4,7 +4,7 @@
 //! after annealing, and with up to eight annealed attempts. The picture shows, for the last method, the first search that
 //! the exact test confirms at μ = 0.5, with its friction cones, and the share of confirmed searches.
 
-#[path = "../yields/interval.rs"]
+#[path = "../interval.rs"]
 mod interval;
 #[expect(dead_code, reason = "other programs use all of it")]
 #[path = "../relaxed.rs"]

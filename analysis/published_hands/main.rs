@@ -5,12 +5,15 @@
 //! Each hand has 24 chains on the round bottle, whose grasps are dropped. Runs in the .csv are not repeated, unless the
 //! derived properties of the hand have changed; delete it to start again. Times are printed to the terminal.
 
+#[expect(dead_code, reason = "each program uses a part")]
+#[path = "../chains.rs"]
+mod chains;
 mod closed;
-#[path = "../yields/interval.rs"]
+#[path = "../interval.rs"]
 mod interval;
 #[path = "../../tests/published/mod.rs"]
 mod published;
-#[path = "../yields/table.rs"]
+#[path = "../table.rs"]
 mod table;
 
 use std::error::Error;
@@ -87,7 +90,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let row = closed::measure(&entry.hand)?;
             let seconds = started.elapsed().as_secs_f64();
             eprintln!("{}: kept, held, shown {row:?}, {seconds:.0} s", entry.name);
-            closed.add(&key, &row);
+            closed.set(&key, [&row[..]]);
         }
         keys.push(key);
         closed.write(csv, &keys)?;
