@@ -9,7 +9,6 @@ mod fixture;
 #[expect(dead_code, reason = "only tests judge widened fixtures")]
 #[path = "../../tests/taxonomy/judge.rs"]
 mod judge;
-#[expect(dead_code, reason = "only tests judge widened fixtures")]
 #[path = "../../tests/taxonomy/widened.rs"]
 mod widened;
 
