@@ -46,6 +46,8 @@ const PATIENCE: Duration = Duration::from_secs(4);
 type Costs = [f64; CONTACTS.len()];
 /// Contact points.
 type Set = Vec<Vector3<f64>>;
+/// What is timed on a set: its arguments are the points, alone and with room for answers.
+type Work<'a> = dyn Fn(&[Vector3<f64>], &mut [Touch]) -> f64 + 'a;
 
 /// A row of the table.
 struct Row {
@@ -167,12 +169,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// Costs of a work on one set: the fastest of some turns over all sets, because other load on the machine only adds time.
-/// The work has the points, alone and with room for answers.
-fn timed(
-    sets: &[Vec<Set>; CONTACTS.len()],
-    turns: usize,
-    work: &dyn Fn(&[Vector3<f64>], &mut [Touch]) -> f64,
-) -> Costs {
+fn timed(sets: &[Vec<Set>; CONTACTS.len()], turns: usize, work: &Work<'_>) -> Costs {
     sets.each_ref().map(|sets| {
         let touches = |points: &Set| points.iter().copied().map(Touch::at).collect();
         let mut touches: Vec<Vec<Touch>> = sets.iter().map(touches).collect();

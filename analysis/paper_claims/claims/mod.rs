@@ -29,7 +29,8 @@ struct Claim {
     /// `H1` to `H10`.
     #[serde(skip)]
     id: String,
-    claim: String,
+    #[serde(rename = "claim")]
+    text: String,
     #[serde(flatten)]
     thresholds: BTreeMap<String, Value>,
 }
@@ -52,7 +53,7 @@ impl Claim {
     fn finding(&self, verdict: Verdict, p: Option<f64>, measured: String) -> Finding {
         Finding {
             id: self.id.clone(),
-            claim: self.claim.clone(),
+            claim: self.text.clone(),
             verdict,
             p,
             measured,
@@ -72,7 +73,7 @@ fn float(value: &Value) -> f64 {
 /// The claims, and settings of the statistics.
 #[derive(Debug, Clone)]
 pub(crate) struct Claims {
-    claims: BTreeMap<String, Claim>,
+    all: BTreeMap<String, Claim>,
     statistics: StatisticsSettings,
 }
 
@@ -83,13 +84,13 @@ impl Claims {
             toml::from_str(TEXT).expect("data/taxonomy/hypotheses.toml is complete");
         let named = |(id, claim): (String, Claim)| (id.clone(), Claim { id, ..claim });
         Self {
-            claims: read.into_iter().map(named).collect(),
+            all: read.into_iter().map(named).collect(),
             statistics: StatisticsSettings::default(),
         }
     }
 
     fn get(&self, id: &str) -> &Claim {
-        &self.claims[id]
+        &self.all[id]
     }
 }
 
