@@ -2,17 +2,17 @@
 //!
 //! `cargo run --release --example data_set -- FOLDER` synthesizes 64 chains of each built-in hand on each built-in object into
 //! FOLDER/grasps (those of the left hand into FOLDER/mirrored), surveys them with `landscape survey`, and copies the summary
-//! and the pictures to `figures/data_set*`; the summary's tables of objects become a CSV. A second survey maps the landscapes of the first 30 grasps of each hand on each
+//! and the pictures to `figures/data_set*`; the objects of the survey become a CSV. A second survey maps the landscapes of the first 30 grasps of each hand on each
 //! object, but for the left hand, which is the mirror image of the human one. Everything that is there already is kept, so
 //! that an interrupted run goes on. It takes an hour and a half on two cores.
 
-use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use landscape::cli::{Stop, call};
 use landscape::hand::HAND_NAMES;
 use landscape::object::OBJECT_NAMES;
+use serde_json::Value;
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -61,74 +61,65 @@ fn main() -> Result<(), Failure> {
     }
     for (survey, name) in [(all, "data_set"), (mapped, "data_set_families")] {
         let summary = fs::read_to_string(survey.join("summary.md"))?;
-        let [text, table] = divided(&summary, name);
-        fs::write(figures.join(format!("{name}.md")), text)?;
-        fs::write(figures.join(format!("{name}.csv")), table)?;
+        let told = format!("The objects of each hand: [{name}.csv]({name}.csv).");
+        let mut parts: Vec<&str> = summary.split("\n\n").collect();
+        parts.retain(|part| !part.starts_with("| object |"));
+        parts.insert(1, &told);
+        fs::write(figures.join(format!("{name}.md")), parts.join("\n\n"))?;
+        let numbers = serde_json::from_slice(&fs::read(survey.join("survey.json"))?)?;
+        fs::write(figures.join(format!("{name}.csv")), objects(&numbers))?;
     }
     Ok(())
 }
 
-/// Columns of the tables of objects; those of some hands lack some of them.
-const COLUMNS: [&str; 12] = [
-    "object",
-    "grasps",
-    "minima",
-    "families",
-    "families unseen",
-    "next known",
-    "types",
-    "cells",
-    "sets of contact regions",
-    "effective types",
-    "effective families",
-    "usual types that lack",
-];
-
-/// A summary without its tables of objects, and these as one CSV.
-fn divided(summary: &str, name: &str) -> [String; 2] {
-    let mut text = String::new();
-    let mut table = format!("hand,{}\n", COLUMNS.join(","));
-    let (mut hand, mut columns) = ("", Vec::new());
-    for line in summary.lines() {
-        if let Some(title) = line.strip_prefix("## ") {
-            hand = title.split(':').next().unwrap_or(title);
-        }
-        let cells = line.trim_matches('|').split('|').map(str::trim);
-        let cells: Vec<&str> = cells.collect();
-        if line.starts_with("| object |") {
-            columns = cells;
-        } else if !line.starts_with('|') {
-            columns.clear();
-            // The blank line after a table goes with it.
-            if !(line.is_empty() && text.ends_with("\n\n")) {
-                text += line;
-                text.push('\n');
-            }
-            if line.starts_with("# ") {
-                let _ = writeln!(
-                    text,
-                    "\nThe objects of each hand: [{name}.csv]({name}.csv)."
-                );
-            }
-        } else if columns.is_empty() {
-            text += line;
-            text.push('\n');
-        } else if !line.starts_with("| ---") {
-            let of = |column: &&str| {
-                let place = columns.iter().position(|own| own == column);
-                let cell = place.and_then(|place| cells.get(place)).copied();
-                let cell = cell.unwrap_or_default();
-                if cell.contains(',') {
-                    format!("\"{cell}\"")
-                } else {
-                    cell.to_owned()
-                }
+/// One row for each hand and object of a survey. Unknown values are empty.
+fn objects(survey: &Value) -> String {
+    let mut table = "hand,object,grasps,minima,families,families unseen,next known,types,cells,sets of contact regions,\
+                     effective types,effective families,usual types that lack\n"
+        .to_owned();
+    let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
+    for hand in list(&survey["hands"]) {
+        let own = list(&survey["populations"]).into_iter();
+        for one in own.filter(|one| one["hand"] == hand["hand"]) {
+            let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+            let whole = |value: &Value| value.as_u64().map_or(String::new(), |n| n.to_string());
+            let kinds = |value: &Value| {
+                let kinds = value.as_object();
+                kinds.map_or(String::new(), |kinds| kinds.len().to_string())
             };
-            let row: Vec<String> = COLUMNS.iter().map(of).collect();
-            let _ = writeln!(table, "{hand},{}", row.join(","));
+            let rounded = |value: &Value| value.as_f64().map(|number| format!("{number:.1}"));
+            let (map, complete) = (&one["map"], &one["completeness"]);
+            let families = map["families"].as_array();
+            let unseen = complete["unseen"].as_f64().map_or(String::new(), |unseen| {
+                let [low, high] = [0, 1].map(|end| complete["unseen_interval"][end].as_f64());
+                let [low, high] = [low, high].map(Option::unwrap_or_default);
+                format!("{unseen:.0} ({low:.0} to {high:.0})")
+            });
+            let known = complete["coverage"].as_f64();
+            let missing = list(&hand["missing_types"][text(&one["name"])]);
+            let mut missing = missing.iter().map(text).collect::<Vec<_>>().join(", ");
+            if missing.contains(',') {
+                missing = format!("\"{missing}\"");
+            }
+            let cells = [
+                text(&one["hand"]),
+                text(&one["object"]),
+                whole(&one["grasps"]),
+                whole(&map["minima"]),
+                families.map_or(String::new(), |families| families.len().to_string()),
+                unseen,
+                known.map_or(String::new(), |known| format!("{:.0} %", 100.0 * known)),
+                kinds(&one["types"]),
+                kinds(&one["cells"]),
+                kinds(&one["contacts"]),
+                rounded(&one["effective"]["types"][1]).unwrap_or_default(),
+                rounded(&one["effective"]["families"][1]).unwrap_or_default(),
+                missing,
+            ];
+            table += &(cells.join(",") + "\n");
         }
     }
-    [text, table]
+    table
 }
 
 /// Runs a command of the program that writes `output`, with its progress on standard error.

@@ -27,8 +27,6 @@ pub(crate) struct End {
     pub(crate) steps: u64,
     pub(crate) raw: Grasp,
     pub(crate) refined: Grasp,
-    /// Energy of the refined grasp.
-    pub(crate) energy: f64,
 }
 
 impl Method {
@@ -91,7 +89,6 @@ impl Method {
                     steps: energy.settings().steps.into(),
                     raw: end.raw,
                     refined: end.refined,
-                    energy: end.energy,
                 }
             }
             Self::Closed(energy, synthesis) => {
@@ -105,7 +102,6 @@ impl Method {
                     steps: end.steps,
                     raw: end.raw,
                     refined: end.refined,
-                    energy: end.energy,
                 }
             }
         }

@@ -2,17 +2,12 @@
 //!
 //! `cargo run --release --example sensitivity [GRASPS]` maps GRASPS grasps (100), taken in turn from each category and from
 //! those without one. They are mapped again with each weight of the energy, its friction and the distance of its patches
-//! halved and raised by half, and with only the grasps that balance at a lower friction. Every map is compared with the
-//! taxonomy.
-//! Numbers that change little depend little on the choice. Finished maps are kept below `target/sensitivity`.
+//! halved and raised by half, and with only the grasps that balance at a lower friction. Numbers that change little depend little on the choice. Finished maps are kept below `target/sensitivity`.
 
-#[path = "paper_claims/claims/mod.rs"]
-mod claims;
 mod command;
 
 use std::collections::BTreeMap;
 use std::error::Error;
-use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
@@ -35,14 +30,6 @@ const SETTINGS: [&str; 7] = [
 const FACTORS: [f64; 2] = [0.5, 1.5];
 /// Friction at which grasps must balance. All balance at 0.5.
 const FRICTION: [f64; 2] = [0.25, 0.35];
-/// Statistics of `landscape compare` in the report.
-const STATISTICS: [&str; 4] = [
-    "dendrogram purity",
-    "ANOSIM R",
-    "assortativity",
-    "barrier ratio power–precision",
-];
-
 /// A changed choice.
 enum Change {
     None,
@@ -78,14 +65,6 @@ impl Change {
         file.write(path)?;
         Ok(())
     }
-}
-
-/// Results of one map.
-struct Row {
-    name: String,
-    cells: Vec<String>,
-    /// Verdict on each hypothesis.
-    verdicts: Vec<[String; 2]>,
 }
 
 /// The first `count` grasps, taken in turn from each category and from those without one, so that every category occurs.
@@ -124,75 +103,36 @@ fn main() -> Result<(), Box<dyn Error>> {
         .chain(settings)
         .chain(FRICTION.map(Change::Friction))
         .collect();
-    let mut rows = Vec::new();
+    let mut text = format!(
+        "# What the map depends on\n\n`cargo run --release --example sensitivity {count}`: {count} grasps of {GRASPS}, taken in turn \
+         from each category and those of none, mapped anew under each change. Depth: height of a merge above the shallower \
+         side's lowest minimum.\n\n\
+         | change | grasps | minima | groups | median merge depth |\n|---|---|---|---|---|\n"
+    );
     for (number, change) in changes.iter().enumerate() {
-        let stem = format!("{FOLDER}/{count}_{number}");
-        rows.push(row(change, &grasps, &stem)?);
-        fs::write("figures/sensitivity.md", report(count, &rows))?;
+        text += &row(change, &grasps, &format!("{FOLDER}/{count}_{number}"))?;
+        fs::write("figures/sensitivity.md", &text)?;
     }
-    print!("{}", report(count, &rows));
+    print!("{text}");
     Ok(())
 }
 
-/// Maps and compares, unless this was done before.
-fn row(change: &Change, chosen: &GraspFile, stem: &str) -> Result<Row, Box<dyn Error>> {
-    let [grasps, map, comparison] =
-        ["parquet", "landscape", "comparison"].map(|ending| format!("{stem}.{ending}"));
+/// The row of a map, which is made unless it is there.
+fn row(change: &Change, chosen: &GraspFile, stem: &str) -> Result<String, Box<dyn Error>> {
+    let [grasps, map] = ["parquet", "landscape"].map(|ending| format!("{stem}.{ending}"));
     if !Path::new(&map).exists() {
         change.write(chosen.clone(), grasps.as_ref())?;
         landscape(&["build", &grasps, "-q", "--fresh", "-o", &map])?;
     }
-    if !Path::new(&format!("{comparison}.json")).exists() {
-        claims::write(map.as_ref(), &comparison, 0).map_err(|error| error as Box<dyn Error>)?;
-    }
     let manifest: Value = serde_json::from_slice(&fs::read(format!("{map}/landscape.json"))?)?;
-    let compared: Value = serde_json::from_slice(&fs::read(format!("{comparison}.json"))?)?;
-    let whole = |name: &str| manifest["counts"][name].to_string();
+    let count = |name: &str| &manifest["counts"][name];
     let depth = manifest["findings"]["median_merge_depth"].as_f64();
-    let mut cells = vec![
-        whole("grasps"),
-        whole("minima"),
-        whole("groups"),
+    Ok(format!(
+        "| {} | {} | {} | {} | {} |\n",
+        change.name(),
+        count("grasps"),
+        count("minima"),
+        count("groups"),
         depth.map_or("–".to_owned(), |depth| format!("{depth:.3}")),
-    ];
-    let statistics = compared["statistics"].as_array();
-    for name in STATISTICS {
-        let found = statistics.and_then(|rows| rows.iter().find(|row| row["name"] == name));
-        let told = |key: &str| found.and_then(|row| row[key].as_f64());
-        cells.push(match (told("statistic"), told("p")) {
-            (Some(value), Some(p)) => format!("{value:.3} (p {p:.3})"),
-            (Some(value), None) => format!("{value:.3}"),
-            _ => "–".to_owned(),
-        });
-    }
-    let hypotheses = compared["hypotheses"].as_array().into_iter().flatten();
-    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
-    Ok(Row {
-        name: change.name(),
-        cells,
-        verdicts: hypotheses
-            .map(|row| [text(&row["id"]), text(&row["verdict"])])
-            .collect(),
-    })
-}
-
-fn report(count: usize, rows: &[Row]) -> String {
-    let mut text = format!(
-        "# What the map depends on\n\n`cargo run --release --example sensitivity {count}`: {count} grasps of {GRASPS}, taken in turn \
-         from each category and those of none, mapped anew under each change. Depth: height of a merge above the shallower \
-         side's lowest minimum. Last column: what becomes of a hypothesis of `--example paper_claims` where that is not what \
-         became of it in the first row.\n\n\
-         | change | grasps | minima | groups | median merge depth | {} | hypotheses |\n|---|---|---|---|---|{}---|\n",
-        STATISTICS.join(" | "),
-        "---|".repeat(STATISTICS.len())
-    );
-    for (number, row) in rows.iter().enumerate() {
-        // The first row lists all verdicts, and the others list the differences.
-        let differs = |verdict: &&[String; 2]| number == 0 || !rows[0].verdicts.contains(verdict);
-        let told = row.verdicts.iter().filter(differs);
-        let told: Vec<String> = told.map(|verdict| verdict.join(" ")).collect();
-        let cells = row.cells.join(" | ");
-        let _ = writeln!(text, "| {} | {cells} | {} |", row.name, told.join(", "));
-    }
-    text
+    ))
 }

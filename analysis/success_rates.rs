@@ -3,19 +3,16 @@
 //! The runs have 512 chains of 10,000 steps, as printed and as released. They compare fingertips with all surface points as
 //! candidates, three, five and eight contacts, and ball with bottle. Beside them are chains of the default energy (*closed*),
 //! which has no contact set and whose steps are descents. Runs in the .csv are not repeated; delete it to start again.
-//! `--quick`: 16 chains of 500 steps, into `target/`.
 
-#[path = "yields/interval.rs"]
 mod interval;
 #[expect(dead_code, reason = "each program uses a part")]
 mod method;
-#[path = "yields/table.rs"]
 mod table;
 
 use std::error::Error;
 use std::fmt::Write;
 use std::fs;
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::Arc;
 
 use interval::interval;
@@ -56,105 +53,83 @@ const FINGERTIPS: Line = Line {
     ..line("fingertips", "ball", 3)
 };
 
-/// A panel: its title and its lines.
-type Lines = (&'static str, &'static [Line]);
+/// A panel: the method, its title, its lines, and the index of the reading of Eq. 11 that is drawn.
+type Drawn = (&'static str, &'static str, &'static [Line], usize);
 
-/// The panels of the paper's method.
-const PANELS: [Lines; 3] = [
-    (
-        "ball, 3 contacts",
-        &[line("all surface points", "ball", 3), FINGERTIPS],
-    ),
-    (
-        "ball, all surface points",
-        &[
-            line("3 contacts", "ball", 3),
-            line("5 contacts", "ball", 5),
-            line("8 contacts", "ball", 8),
-        ],
-    ),
-    (
-        "3 contacts, all surface points",
-        &[line("ball", "ball", 3), line("bottle", "bottle_round", 3)],
-    ),
+const CANDIDATES: &[Line] = &[line("all surface points", "ball", 3), FINGERTIPS];
+const CONTACTS: &[Line] = &[
+    line("3 contacts", "ball", 3),
+    line("5 contacts", "ball", 5),
+    line("8 contacts", "ball", 8),
 ];
+const OBJECTS: &[Line] = &[line("ball", "ball", 3), line("bottle", "bottle_round", 3)];
 
-/// Chains of the default energy, which has no contact set: a panel of its own.
-const CLOSED: [Lines; 1] = [(
-    "ball and bottle, after rough descents",
-    &[line("ball", "ball", 0), line("bottle", "bottle_round", 0)],
-)];
-
-/// Names of the methods, their panels, and the index of the reading of Eq. 11 that is drawn.
-const METHODS: [(&str, &[Lines], usize); 3] = [
-    ("as printed", &PANELS, 1),
-    ("as released", &PANELS, 2),
-    ("closed", &CLOSED, 1),
+/// The panels, row by row. The default energy has no contact set.
+const PANELS: [Drawn; 8] = [
+    ("as printed", "ball, 3 contacts", CANDIDATES, 1),
+    ("as printed", "ball, all surface points", CONTACTS, 1),
+    ("as printed", "3 contacts, all surface points", OBJECTS, 1),
+    ("closed", "ball", &[line("ball", "ball", 0)], 1),
+    ("as released", "ball, 3 contacts", CANDIDATES, 2),
+    ("as released", "ball, all surface points", CONTACTS, 2),
+    ("as released", "3 contacts, all surface points", OBJECTS, 2),
+    ("closed", "bottle", &[line("bottle", "bottle_round", 0)], 1),
 ];
+const METHODS: [&str; 3] = ["as printed", "as released", "closed"];
 
 /// Number and length of the chains.
-#[derive(Clone, Copy)]
-struct Size {
-    chains: u64,
-    steps: u32,
-}
+const CHAINS: u64 = 512;
+const STEPS: u32 = 10_000;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let quick = std::env::args().any(|argument| argument == "--quick");
-    let folder = PathBuf::from(if quick { "target" } else { "figures" });
-    let csv = folder.join("success_rates.csv");
-    let [chains, steps] = if quick { [16, 500] } else { [512, 10_000] };
-    let size = Size {
-        chains: chains.into(),
-        steps,
-    };
+    let csv = Path::new("figures/success_rates.csv");
     // A line in several panels is one run.
     let mut runs: Vec<(String, &str, &Line)> = Vec::new();
-    for (name, panels, _) in METHODS {
-        for line in panels.iter().flat_map(|(_, lines)| *lines) {
-            let key = key(name, line, size);
+    for name in METHODS {
+        let panels = PANELS.iter().filter(|(method, ..)| *method == name);
+        for line in panels.flat_map(|(_, _, lines, _)| *lines) {
+            let key = key(name, line);
             if runs.iter().all(|(known, ..)| *known != key) {
                 runs.push((key, name, line));
             }
         }
     }
     let keys: Vec<String> = runs.iter().map(|(key, ..)| key.clone()).collect();
-    let mut table = Table::read(&csv, HEADER)?;
+    let mut table = Table::read(csv, HEADER)?;
     for (key, name, line) in &runs {
         if table.of(key).is_empty() {
             eprintln!("{key}");
-            for row in measure(name, line, size)? {
-                table.add(key, &row);
-            }
-            table.write(&csv, &keys)?;
+            let rows = measure(name, line)?;
+            table.set(key, rows.iter().map(|row| &row[..]));
+            table.write(csv, &keys)?;
         }
     }
-    table.write(&csv, &keys)?;
-    fs::write(folder.join("success_rates.md"), text(&runs, &table, size))?;
+    table.write(csv, &keys)?;
+    fs::write("figures/success_rates.md", text(&runs, &table))?;
     let chart = Chart {
-        columns: PANELS.len(),
+        columns: PANELS.len() / 2,
         ..Chart::new(
             "Successes against steps: Eq. 11 (solid) and the strict filter (dashed)",
-            panels(&table, size),
+            panels(&table),
         )
     };
-    chart.draw()?.save(&folder.join("success_rates.png"))?;
+    chart.draw()?.save("figures/success_rates.png".as_ref())?;
     Ok(())
 }
 
-fn key(name: &str, line: &Line, size: Size) -> String {
+fn key(name: &str, line: &Line) -> String {
     let candidates = if line.fingertips_only {
         "fingertips"
     } else {
         "all"
     };
     format!(
-        "{name},{},{},{candidates},{}",
-        line.object, line.contacts, size.chains
+        "{name},{},{},{candidates},{CHAINS}",
+        line.object, line.contacts
     )
 }
 
-fn method(name: &str, line: &Line, size: Size) -> Result<Method, Box<dyn Error>> {
+fn method(name: &str, line: &Line) -> Result<Method, Box<dyn Error>> {
     let (hand, object) = (Hand::human(), Object::named(line.object)?);
     let (hand, object) = (Arc::new(hand), Arc::new(object));
     let settings = match name {
@@ -165,57 +140,53 @@ fn method(name: &str, line: &Line, size: Size) -> Result<Method, Box<dyn Error>>
     let settings = PaperSettings {
         contacts: line.contacts,
         fingertips_only: line.fingertips_only,
-        steps: size.steps,
+        steps: STEPS,
         ..settings
     };
     Ok(Method::paper(&hand, &object, settings))
 }
 
-fn panels(table: &Table, size: Size) -> Vec<Panel> {
-    let mut drawn = Vec::new();
-    for (name, panels, reading) in METHODS {
-        for (title, lines) in panels {
-            let mut series = Vec::new();
-            for line in *lines {
-                let rows = table.of(&key(name, line, size));
-                let curve = |column: usize| {
-                    let along = rows.iter().filter(|row| row[0] > 0.0);
-                    Series::line(along.map(|row| [row[0], row[column]]).collect()).named(line.name)
-                };
-                series.push(curve(reading));
-                series.push(curve(STRICT).dashed());
-            }
-            let axes = (Axis::logarithmic("step"), Axis::linear("successes"));
-            drawn.push(Panel {
-                legend: Some(Corner::UpperLeft),
-                ..Panel::new(&format!("{name}: {title}"), axes.0, axes.1, series)
-            });
+fn panels(table: &Table) -> Vec<Panel> {
+    let panel = |(name, title, lines, reading): Drawn| {
+        let mut series = Vec::new();
+        for line in lines {
+            let rows = table.of(&key(name, line));
+            let curve = |column: usize| {
+                let along = rows.iter().filter(|row| row[0] > 0.0);
+                Series::line(along.map(|row| [row[0], row[column]]).collect()).named(line.name)
+            };
+            series.push(curve(reading));
+            series.push(curve(STRICT).dashed());
         }
-    }
-    drawn
+        let axes = (Axis::logarithmic("step"), Axis::linear("successes"));
+        Panel {
+            legend: Some(Corner::UpperLeft),
+            ..Panel::new(&format!("{name}: {title}"), axes.0, axes.1, series)
+        }
+    };
+    PANELS.into_iter().map(panel).collect()
 }
 
-fn text(runs: &[(String, &str, &Line)], table: &Table, size: Size) -> String {
+fn text(runs: &[(String, &str, &Line)], table: &Table) -> String {
     let mut text = format!(
-        "Successes of {} chains after {} steps (seed {SEED}), with 95 % intervals of the share. *As printed*: the formulae \
+        "Successes of {CHAINS} chains after {STEPS} steps (seed {SEED}), with 95 % intervals of the share. *As printed*: the formulae \
          and Algorithm 1 of the paper; *as released*: the energy and sampler of the authors' code; *closed*: the default \
          energy, which has no contact set, so that the best set of its minimum is judged, and whose steps are rough descents; \
          refined is the minimum that the last of them leads to. Chains of *closed* end with their first grasp. Eq. 11 is read \
          as printed (‖Gc‖ < 0.5) and as coded (‖Gc‖² < 0.5, ten times the penetration). The paper reports 5 of 512 on bottles.\n\n\
          | | | Eq. 11 as printed | as coded | strict | refined: as printed | as coded | strict | first success by step |\n\
-         |---|---|---|---|---|---|---|---|---|\n",
-        size.chains, size.steps
+         |---|---|---|---|---|---|---|---|---|\n"
     );
     for (key, name, line) in runs {
-        row(&mut text, name, line, &table.of(key), size);
+        row(&mut text, name, line, &table.of(key));
     }
     text
 }
 
-fn row(text: &mut String, name: &str, line: &Line, rows: &[Vec<f64>], size: Size) {
+fn row(text: &mut String, name: &str, line: &Line, rows: &[Vec<f64>]) {
     let [.., last, refined] = rows else { return };
     let share = |count: f64| {
-        let [low, high] = interval(count, size.chains as f64);
+        let [low, high] = interval(count, CHAINS as f64);
         format!("{count} ({:.1}–{:.1} %)", 100.0 * low, 100.0 * high)
     };
     let _ = write!(text, "| {name} | {}", line.object);
@@ -265,13 +236,13 @@ fn passes(judgement: &Judgement) -> [bool; 3] {
 }
 
 /// Rows of the table: the number of chains that pass each test at each checkpoint. A finished chain counts with its end.
-fn measure(name: &str, line: &Line, size: Size) -> Result<Vec<[f64; 4]>, Box<dyn Error>> {
-    let method = method(name, line, size)?;
+fn measure(name: &str, line: &Line) -> Result<Vec<[f64; 4]>, Box<dyn Error>> {
+    let method = method(name, line)?;
     let at = checkpoints(match &method {
         Method::Paper(energy) => energy.settings().steps,
         Method::Closed(_, synthesis) => synthesis.steps,
     });
-    let counts = (0..size.chains)
+    let counts = (0..CHAINS)
         .into_par_iter()
         .map(|chain| follow(&method, &at, chain))
         .reduce(

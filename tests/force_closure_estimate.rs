@@ -3,17 +3,11 @@
 #![cfg(feature = "grasp")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
-use fit::Fit;
 use landscape::grasp::closure::{least_friction, net_wrench};
 use nalgebra::Vector3;
 use serde_json::Value;
+use sets::Fit;
 
-#[path = "../analysis/force_closure_estimate/density.rs"]
-mod density;
-#[path = "../analysis/force_closure_estimate/fit.rs"]
-mod fit;
-#[path = "../analysis/line.rs"]
-mod line;
 #[path = "../analysis/force_closure_estimate/sets.rs"]
 mod sets;
 
@@ -72,23 +66,23 @@ fn half_a_million_sets() {
                 0.006 * fit.through_origin,
             );
             near(
-                fit.line.slope,
+                fit.slope,
                 "affine_slope",
                 if limit > 0.25 { 0.015 } else { 0.08 },
             );
-            near(fit.line.at(0.0), "affine_intercept", 0.01);
+            near(fit.offset, "affine_intercept", 0.01);
             near(fit.correlation, "pearson", 0.01);
         }
     }
     // The paper's slope, where the reference has it.
-    let limit = fit::limit_with_slope(&sets, 4.035, [0.1, 3.0]);
+    let limit = sets::limit_with_slope(&sets, 4.035, [0.1, 3.0]);
     assert!((limit - 0.47846).abs() < 0.002, "{limit}");
     for bin in reference["bins"].as_array().unwrap() {
         let [low, high] = ["lo", "hi"].map(|key| number(&bin[key]));
         let mut found: Vec<f64> = sets
             .iter()
             .filter(|set| (low..high).contains(&set.least_friction))
-            .map(|set| set.verdict.net_wrench)
+            .map(|set| set.net_wrench)
             .collect();
         found.sort_by(f64::total_cmp);
         for (percent, at) in [(5, 1), (50, 2), (95, 3)] {
@@ -104,11 +98,11 @@ fn half_a_million_sets() {
         assert!(found[0] >= least - 1e-9, "{} below {least}", found[0]);
     }
     // What passes the relaxed test needs little friction; of what friction 0.5 holds it keeps one in twenty-five.
-    let closed = || sets.iter().filter(|set| set.verdict.closed[0]);
-    let kept = closed().filter(|set| set.verdict.net_wrench < 0.5).count();
+    let closed = || sets.iter().filter(|set| set.closed[0]);
+    let kept = closed().filter(|set| set.net_wrench < 0.5).count();
     let share = kept as f64 / closed().count() as f64;
     assert!((share - 0.040).abs() < 0.002, "{share}");
-    let wider = closed().filter(|set| set.verdict.net_wrench < 0.5_f64.sqrt());
+    let wider = closed().filter(|set| set.net_wrench < 0.5_f64.sqrt());
     let share = wider.count() as f64 / closed().count() as f64;
     assert!((share - 0.112).abs() < 0.004, "{share}");
 }

@@ -7,10 +7,6 @@ mod fixture;
 mod judge;
 #[path = "taxonomy/shape.rs"]
 mod shape;
-#[expect(
-    dead_code,
-    reason = "what only `pose_fixtures` calls makes widened fixtures"
-)]
 #[path = "taxonomy/widened.rs"]
 mod widened;
 

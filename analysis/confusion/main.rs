@@ -1,28 +1,19 @@
 //! Labels of the rule for grasps of known type → `figures/taxonomy_confusion.md`, `.png` and `.csv`
 //!
-//! `cargo run --release --example confusion -- [--fixtures SET …] [--noise RAD] [--copies
-//! N] [--seed N] [--rule RULE.toml] [--explain] [--output STEM]`
-//!
-//! The fixtures are those of `tests/taxonomy/fixtures`: SET is `development`, `held_out` or `second_held_out` (by default all
-//! three), `widened` or `widened_held_out`. The rule was checked on the first two files while
-//! it was written; `second_held_out` must not be used to choose a rule. `--explain` also prints the reasons for each fixture
-//! with a wrong type.
+//! `cargo run --release --example confusion [-- --explain]`. The fixtures are those of `tests/taxonomy/fixtures`. The rule was
+//! checked on the first two files while it was written; `second_held_out` must not be used to choose a rule. `--explain` also
+//! prints the reasons for each fixture with a wrong type.
 
 #[path = "../../tests/taxonomy/fixture.rs"]
 mod fixture;
+#[expect(dead_code, reason = "only tests judge widened fixtures")]
 #[path = "../../tests/taxonomy/judge.rs"]
 mod judge;
-#[expect(
-    dead_code,
-    reason = "what only `pose_fixtures` calls makes widened fixtures"
-)]
 #[path = "../../tests/taxonomy/widened.rs"]
 mod widened;
 
 mod picture;
 mod report;
-
-use std::path::PathBuf;
 
 use judge::{Error, Noise, Outcome};
 use landscape::evaluation::taxonomy::{Rule, explain};
@@ -35,74 +26,49 @@ struct Condition {
     outcomes: Vec<Outcome>,
 }
 
+/// Files of fixtures.
+const SETS: [&str; 3] = ["development", "held_out", "second_held_out"];
+/// Errors of the joints.
+const JOINTS_RAD: f64 = 0.1;
+const COPIES: u64 = 3;
+
 fn main() -> Result<(), Failure> {
-    let mut sets = Vec::new();
-    let (mut explained, mut output) = (false, PathBuf::from("figures/taxonomy_confusion"));
-    let mut noise = Noise {
-        error: Error::Moved,
-        joints_rad: 0.1,
-        copies: 10,
-        seed: 0,
-    };
-    let mut rule = Rule::standard().clone();
-    let mut arguments = std::env::args().skip(1);
-    while let Some(argument) = arguments.next() {
-        let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
-        match argument.as_str() {
-            "--fixtures" => sets.push(value()?),
-            "--rule" => rule = Rule::parse(&std::fs::read_to_string(value()?)?)?,
-            "--noise" => noise.joints_rad = value()?.parse()?,
-            "--copies" => noise.copies = value()?.parse()?,
-            "--seed" => noise.seed = value()?.parse()?,
-            "--output" => output = PathBuf::from(value()?),
-            "--explain" => explained = true,
-            _ => return Err(format!("{argument} is not known").into()),
-        }
-    }
-    if sets.is_empty() {
-        sets.extend(["development", "held_out", "second_held_out"].map(str::to_owned));
-    }
+    let explained = std::env::args().any(|argument| argument == "--explain");
+    let rule = Rule::standard();
     let mut conditions = Vec::new();
-    for set in &sets {
-        let path = |name: &str| PathBuf::from(format!("tests/taxonomy/fixtures/{name}.json"));
-        let authored = |names: &[&str]| -> Result<Vec<fixture::Fixture>, Failure> {
-            let all = names.iter().map(|name| judge::read(&path(name)));
-            Ok(all.collect::<Result<Vec<_>, _>>()?.concat())
-        };
-        let cases = match set.as_str() {
-            "widened" => judge::widened_cases(&path(set), authored(&["development", "held_out"])?)?,
-            "widened_held_out" => {
-                judge::widened_cases(&path(set), authored(&["second_held_out"])?)?
-            }
-            _ => judge::cases(authored(&[set])?)?,
-        };
+    for set in SETS {
+        let path = format!("tests/taxonomy/fixtures/{set}.json");
+        let cases = judge::cases(judge::read(path.as_ref())?)?;
         let name = set.replace('_', " ");
         conditions.push(Condition {
             name: format!("{name}, as posed"),
-            outcomes: judge::judge(&cases, &rule, Noise::NONE)?,
+            outcomes: judge::judge(&cases, rule, Noise::NONE)?,
         });
         for (error, word) in [(Error::Moved, "moved"), (Error::Misread, "misread")] {
+            let noise = Noise {
+                error,
+                joints_rad: JOINTS_RAD,
+                copies: COPIES,
+                seed: 0,
+            };
             conditions.push(Condition {
-                name: format!(
-                    "{name}, joints {word} by {} rad, {} times each",
-                    noise.joints_rad, noise.copies
-                ),
-                outcomes: judge::judge(&cases, &rule, Noise { error, ..noise })?,
+                name: format!("{name}, joints {word} by {JOINTS_RAD} rad, {COPIES} times each"),
+                outcomes: judge::judge(&cases, rule, noise)?,
             });
         }
     }
     if explained {
         for outcome in conditions.iter().flat_map(|condition| &condition.outcomes) {
             if outcome.found() != outcome.truth {
-                println!("== {}\n{}", outcome.id, explain(&outcome.label, &rule));
+                println!("== {}\n{}", outcome.id, explain(&outcome.label, rule));
             }
         }
     }
     // The last set of fixtures, as posed and in the hardest condition.
     let shown = &conditions[conditions.len() - 3..conditions.len() - 1];
-    let [text, csv] = report::report(&conditions, shown, &rule);
-    std::fs::write(output.with_extension("md"), text)?;
-    std::fs::write(output.with_extension("csv"), csv)?;
-    picture::picture(&shown[1]).save(&output.with_extension("png"))?;
+    let [text, csv] = report::report(&conditions, shown, rule);
+    std::fs::write("figures/taxonomy_confusion.md", text)?;
+    std::fs::write("figures/taxonomy_confusion.csv", csv)?;
+    picture::picture(&shown[1]).save("figures/taxonomy_confusion.png".as_ref())?;
     Ok(())
 }

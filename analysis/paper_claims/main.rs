@@ -1,8 +1,8 @@
-//! A landscape of grasps beside the taxonomy, with the claims H1 to H10 of a paper → `NAME.md` and `NAME.json`
+//! A landscape of grasps beside the taxonomy, with the claims of a paper → `NAME.md`
 //!
 //! `cargo run --release --example paper_claims LANDSCAPE NAME [SEED]`: `data/grasps.landscape figures/taxonomy_comparison`
-//! gives the figure of that name. The statistics are those of `landscape compare`. Three claims evaluate the energy: along
-//! the paths between spheres, after fingers have been lifted, and on hands without a thumb.
+//! gives the figure of that name. The statistics are those of `landscape compare`. Two claims evaluate the
+//! energy: after fingers have been lifted, and on hands without a thumb.
 
 mod claims;
 

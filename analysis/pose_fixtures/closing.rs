@@ -4,7 +4,7 @@ use landscape::energy::Energy;
 use landscape::hand::{Hand, PosedHand, Wrench, axis_distance, closest_points};
 use landscape::object::Shape;
 use landscape::optimize::{QuenchSettings, quench};
-use landscape::space::{PoseSpace, Space, Symmetry, joints_of};
+use landscape::space::{PoseSpace, Space, joints_of};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::shape::Union;
@@ -19,6 +19,8 @@ const IDLE_RAD: f64 = 0.05;
 /// and the placement, metres and radians.
 const SHIFT_M: f64 = 8e-3;
 const TURN_RAD: f64 = 0.2;
+/// Point of the root about which the placement is measured, metres.
+const CENTRE_M: Vector3<f64> = Vector3::new(0.0, 0.09, 0.02);
 /// Distance that free regions keep, metres.
 const CLEARANCE_M: f64 = 5e-3;
 /// Depth that counts as contact and not as penetration, metres.
@@ -43,8 +45,6 @@ pub(crate) struct Closing<'a> {
     pub(crate) pull: f64,
     pub(crate) push: f64,
     pub(crate) space: PoseSpace,
-    /// Point of the root about which the placement is measured.
-    pub(crate) centre: Vector3<f64>,
 }
 
 /// Accuracy of a pose with respect to the requirements.
@@ -84,54 +84,19 @@ impl Sum {
     }
 }
 
-impl<'a> Closing<'a> {
-    pub(crate) fn new(
-        hand: &'a Hand,
-        shape: &'a Union,
-        samples: &'a [Vector3<f64>],
-        (touching, free): (Vec<Vec<usize>>, Vec<usize>),
-        rough: Vec<f64>,
-        (looseness, oppose): (f64, f64),
-        idle: impl Fn(usize) -> bool,
-    ) -> Self {
-        let digits = hand
-            .joints
-            .iter()
-            .map(|joint| hand.links[joint.link.0].digit);
-        Self {
-            hand,
-            shape,
-            samples,
-            touching,
-            free,
-            idle: digits.map(idle).collect(),
-            rough,
-            looseness,
-            oppose,
-            pull: 1.0,
-            push: 1.0,
-            space: PoseSpace::new(hand.pose_metric(), Symmetry::None),
-            centre: Vector3::new(0.0, 0.09, 0.02),
-        }
-    }
-
-    /// The pose after closing in stages of growing strictness.
+impl Closing<'_> {
+    /// The pose after closing in stages of growing strictness: factors of contacts and of penetration, and evaluations of
+    /// each descent.
     pub(crate) fn close(&mut self) -> Vec<f64> {
-        self.close_in(&[(0.3, 0.3, 300), (2.0, 3.0, 400), (20.0, 60.0, 900)], 3)
-    }
-
-    /// The pose after closing in these stages: factors of contacts and of penetration, and evaluations of each of so many
-    /// descents.
-    pub(crate) fn close_in(&mut self, stages: &[(f64, f64, usize)], descents: usize) -> Vec<f64> {
         let mut x = self.rough.clone();
-        for &(pull, push, evaluations) in stages {
+        for (pull, push, evaluations) in [(0.3, 0.3, 300), (2.0, 3.0, 400), (20.0, 60.0, 900)] {
             (self.pull, self.push) = (pull, push);
             let settings = QuenchSettings::default()
                 .with_max_step(0.01)
                 .with_gradient_tolerance(1.0)
                 .with_max_evaluations(evaluations);
             // The touching points are chosen anew a few times, because the choice has kinks that stop a descent.
-            for _ in 0..descents {
+            for _ in 0..3 {
                 x = quench(self, &x, &settings).x;
             }
         }
@@ -322,7 +287,7 @@ impl Energy for Closing<'_> {
             .iter()
             .flat_map(|e| [*e, -e])
         {
-            let local = self.centre + end * arm;
+            let local = CENTRE_M + end * arm;
             let p = here.point(&local);
             let off = (p - there.point(&local)) / (SHIFT_M * self.looseness);
             energy += off.norm_squared() / 6.0;

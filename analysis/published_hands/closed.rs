@@ -3,48 +3,33 @@
 use std::error::Error;
 use std::sync::Arc;
 
-use landscape::evaluation::stability::{Build, Drop, Protocol, Solid, simulate};
 use landscape::figure::{Image, Scene};
-use landscape::grasp::synthesis::{SynthesisSettings, Synthesized, synthesize};
-use landscape::grasp::{EnergySettings, GraspEnergy, judge};
 use landscape::hand::Hand;
 use landscape::object::Object;
-use landscape::optimize::QuenchSettings;
 use nalgebra::Vector3;
 use rayon::prelude::*;
+
+use crate::chains::{self, Chains};
 
 pub(crate) const CHAINS: u64 = 24;
 pub(crate) const OBJECT: &str = "bottle_round";
 pub(crate) const SEED: u64 = 0;
 const SIDE: u32 = 320;
 
-fn energy(hand: &Arc<Hand>) -> Result<GraspEnergy, Box<dyn Error>> {
+fn chains(hand: &Arc<Hand>) -> Result<Chains, Box<dyn Error>> {
     let object = Arc::new(Object::named(OBJECT)?);
-    let settings = EnergySettings::default();
-    Ok(GraspEnergy::new(hand.clone(), object, settings)?)
-}
-
-fn end(energy: &GraspEnergy, chain: u64) -> Synthesized {
-    let (settings, refine) = (SynthesisSettings::default(), QuenchSettings::default());
-    synthesize(energy, &settings, &refine, SEED, chain)
+    Ok(Chains::new(hand, &object, SEED)?)
 }
 
 /// Grasps that pass the strict filter, those of them that hold, and the shown chain. The shown chain is the first that holds, otherwise the first that is kept, otherwise the first.
 pub(crate) fn measure(hand: &Arc<Hand>) -> Result<[f64; 3], Box<dyn Error>> {
-    let energy = energy(hand)?;
-    let (mesh, description) = Object::parts_of_named(OBJECT)?;
-    let mass_kg = description.mass_of(&mesh);
-    let solid = Solid::new(&Object::named(OBJECT)?.mesh, Build::Pieces);
-    let drop = Protocol::Drop(Drop::default());
+    let chains = chains(hand)?;
     let judged: Vec<[bool; 2]> = (0..CHAINS)
         .into_par_iter()
         .map(|chain| {
-            let grasp = end(&energy, chain).refined;
-            let kept = judge(&energy, &grasp).passes_strict();
-            [
-                kept,
-                kept && simulate(hand, &grasp, &solid, mass_kg, &drop).is_stable(),
-            ]
+            let end = chains.end(chain);
+            let kept = chains.judge(&end).passes_strict();
+            [kept, kept && chains.holds(&end, chains::drop())]
         })
         .collect();
     let count = |which: usize| judged.iter().filter(|ends| ends[which]).count() as f64;
@@ -60,13 +45,8 @@ pub(crate) fn measure(hand: &Arc<Hand>) -> Result<[f64; 3], Box<dyn Error>> {
     reason = "the number of a chain, which the table keeps as text"
 )]
 pub(crate) fn picture(hand: &Arc<Hand>, shown: f64) -> Result<Image, Box<dyn Error>> {
-    let chain = shown as u64;
-    let energy = energy(hand)?;
-    let scene = Scene::of_grasp(
-        hand,
-        &hand.skin(),
-        energy.object(),
-        &end(&energy, chain).refined,
-    );
+    let chains = chains(hand)?;
+    let grasp = chains.end(shown as u64).refined;
+    let scene = Scene::of_grasp(hand, &hand.skin(), chains.energy.object(), &grasp);
     Ok(scene.render(&scene.best_camera(Vector3::z()), SIDE, SIDE))
 }

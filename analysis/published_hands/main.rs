@@ -1,16 +1,18 @@
 //! Published hands and the built-in ones: do they load, how far are they from `MuJoCo`'s kinematics, how many of their
 //! chains end in a grasp, and how many of these hold? → `figures/published_hands.md`, `.png`, `.csv`
 //!
-//! Published hands are sought in the folder `hands` of `LANDSCAPE_TEST_DATA`; paths of other descriptions may be given.
-//! Each hand has 24 chains on the round bottle, whose grasps are dropped. Runs in the .csv are not repeated, unless the
+//! Published hands are sought in the folder `hands` of `LANDSCAPE_TEST_DATA`. Each hand has 24 chains on the round bottle, whose grasps are dropped. Runs in the .csv are not repeated, unless the
 //! derived properties of the hand have changed; delete it to start again. Times are printed to the terminal.
 
+#[expect(dead_code, reason = "each program uses a part")]
+#[path = "../chains.rs"]
+mod chains;
 mod closed;
-#[path = "../yields/interval.rs"]
+#[path = "../interval.rs"]
 mod interval;
 #[path = "../../tests/published/mod.rs"]
 mod published;
-#[path = "../yields/table.rs"]
+#[path = "../table.rs"]
 mod table;
 
 use std::error::Error;
@@ -39,7 +41,6 @@ struct Loaded {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let given: Vec<PathBuf> = std::env::args().skip(1).map(PathBuf::from).collect();
     let (mut loaded, mut refused) = (Vec::new(), Vec::new());
     let mut take =
         |name: &str, files: Result<HandFiles, HandError>, reference: Option<PathBuf>| match files
@@ -48,33 +49,28 @@ fn main() -> Result<(), Box<dyn Error>> {
             Ok(hand) => loaded.push(hand),
             Err(error) => refused.push((name.to_owned(), error.to_string())),
         };
-    for path in &given {
-        take(&path.to_string_lossy(), HandFiles::load(path), None);
+    for name in HAND_NAMES {
+        take(name, HandFiles::named(name), None);
     }
-    if given.is_empty() {
-        for name in HAND_NAMES {
-            take(name, HandFiles::named(name), None);
-        }
-        let folder = published::folder().ok_or("LANDSCAPE_TEST_DATA is not set: give paths")?;
-        for [description, reference] in REFERENCES {
-            let path = folder.join(description);
-            take(
-                description,
-                HandFiles::load(&path),
-                Some(folder.join(reference)),
-            );
-        }
-        for [description, reference] in DEX_URDF {
-            let files = HandFiles::load_within(&folder.join(description), &folder);
-            take(description, files, Some(published::of_dex_urdf(reference)));
-        }
-        for description in ORIGINALS {
-            take(
-                description,
-                HandFiles::load(&folder.join(description)),
-                None,
-            );
-        }
+    let folder = published::folder().ok_or("set LANDSCAPE_TEST_DATA")?;
+    for [description, reference] in REFERENCES {
+        let path = folder.join(description);
+        take(
+            description,
+            HandFiles::load(&path),
+            Some(folder.join(reference)),
+        );
+    }
+    for [description, reference] in DEX_URDF {
+        let files = HandFiles::load_within(&folder.join(description), &folder);
+        take(description, files, Some(published::of_dex_urdf(reference)));
+    }
+    for description in ORIGINALS {
+        take(
+            description,
+            HandFiles::load(&folder.join(description)),
+            None,
+        );
     }
     let csv = Path::new("figures/published_hands.csv");
     let mut closed = Table::read(csv, HEADER)?;
@@ -87,7 +83,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let row = closed::measure(&entry.hand)?;
             let seconds = started.elapsed().as_secs_f64();
             eprintln!("{}: kept, held, shown {row:?}, {seconds:.0} s", entry.name);
-            closed.add(&key, &row);
+            closed.set(&key, [&row[..]]);
         }
         keys.push(key);
         closed.write(csv, &keys)?;
@@ -95,21 +91,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         images.push(closed::picture(&entry.hand, shown)?);
         captions.push(format!("{}   {}", number + 1, entry.hand.name));
     }
-    if given.is_empty() {
-        contact_sheet(
-            &images,
-            &captions,
-            5,
-            Path::new("figures/published_hands.png"),
-        )?;
-        fs::write(
-            "figures/published_hands.md",
-            text(&loaded, &refused, &closed)?,
-        )?;
-    } else {
-        contact_sheet(&images, &captions, 5, Path::new("given_hands.png"))?;
-        println!("{}", text(&loaded, &refused, &closed)?);
-    }
+    let picture = Path::new("figures/published_hands.png");
+    contact_sheet(&images, &captions, 5, picture)?;
+    let text = text(&loaded, &refused, &closed)?;
+    fs::write("figures/published_hands.md", text)?;
     Ok(())
 }
 

@@ -9,22 +9,24 @@
 #[expect(dead_code, reason = "each program uses a part")]
 mod method;
 mod picture;
-mod report;
 #[path = "../roc.rs"]
 mod roc;
 
 use std::error::Error;
+use std::fmt::Write;
 use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use landscape::figure::chart::{Axis, Chart, Corner, Panel, Series as Line};
+use landscape::figure::theme;
 use landscape::grasp::paper::PaperSettings;
 use landscape::grasp::{Grasp, Judgement};
 use landscape::hand::Hand;
 use landscape::object::Object;
 use method::Method;
 use rayon::prelude::*;
-use roc::{Roc, RocError};
+use roc::Roc;
 
 const OBJECT: &str = "bottle_round";
 const SEED: u64 = 6;
@@ -42,8 +44,6 @@ struct Sample {
     chain: u64,
     before: State,
     after: State,
-    /// E(H, x, O) after refinement.
-    energy: f64,
 }
 
 /// All samples of a method, in ascending order of ‖Gc‖ after refinement.
@@ -78,11 +78,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let about = "an elastic layer, refined by descent".to_owned();
     all.push(run("closed, first attempt", about, closed, chains));
     picture::sheet(&all).save(&folder.join("refinement.png"))?;
-    picture::curves(&all)
+    Chart::new("", vec![curves(&all)])
         .draw()?
         .with_pixels_per_unit(1)
         .save(&folder.join("refinement_roc.png"))?;
-    fs::write(folder.join("refinement.md"), report::text(&all))?;
+    fs::write(folder.join("refinement.md"), text(&all))?;
     Ok(())
 }
 
@@ -93,7 +93,6 @@ fn run(name: &'static str, about: String, method: Method, chains: u64) -> Series
             chain,
             before: State::new(&method, end.raw),
             after: State::new(&method, end.refined),
-            energy: end.energy,
         }
     };
     let mut samples: Vec<Sample> = (0..chains).into_par_iter().map(sample).collect();
@@ -120,93 +119,105 @@ impl State {
         }
     }
 
-    fn caption(&self) -> String {
-        format!(
-            "‖Gc‖ {:.2}   {:.1} mm",
-            self.judgement.net_wrench,
-            1e3 * self.mean_distance_m
-        )
-    }
-}
-
-/// Properties of a refined sample that a score should detect.
-#[derive(Clone, Copy, PartialEq)]
-enum Truth {
-    /// There is no force closure at μ = 0.5.
-    NoForceClosure,
-    /// There is no force closure, or a contact is more than 2 mm off the mesh.
-    NoGrasp,
-}
-
-impl Truth {
-    const ALL: [Self; 2] = [Self::NoForceClosure, Self::NoGrasp];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::NoForceClosure => "without closure",
-            Self::NoGrasp => "no grasp",
-        }
-    }
-
-    fn of(self, state: &State) -> bool {
-        let judgement = &state.judgement;
-        !judgement.force_closure || (self == Self::NoGrasp && judgement.gap_m > 0.002)
-    }
-}
-
-/// Score that should detect it.
-#[derive(Clone, Copy)]
-enum Score {
-    NetWrench,
-    MeanDistance,
-    Energy,
-}
-
-impl Score {
-    const ALL: [Self; 3] = [Self::NetWrench, Self::MeanDistance, Self::Energy];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::NetWrench => "‖Gc‖",
-            Self::MeanDistance => "distance",
-            Self::Energy => "energy",
-        }
-    }
-
-    fn of(self, sample: &Sample) -> f64 {
-        match self {
-            Self::NetWrench => sample.after.judgement.net_wrench,
-            Self::MeanDistance => sample.after.mean_distance_m,
-            Self::Energy => sample.energy,
-        }
+    /// Whether there is force closure at μ = 0.5, and whether every contact is within 2 mm of the mesh as well.
+    fn holds(&self) -> [bool; 2] {
+        let Judgement {
+            force_closure,
+            gap_m,
+            ..
+        } = self.judgement;
+        [force_closure, force_closure && gap_m <= 0.002]
     }
 }
 
 impl Series {
-    fn roc(&self, score: Score, truth: Truth) -> Result<Roc, RocError> {
-        let scores: Vec<f64> = self.samples.iter().map(|s| score.of(s)).collect();
-        let trapped: Vec<bool> = self.samples.iter().map(|s| truth.of(&s.after)).collect();
-        Roc::new(&scores, &trapped)
-    }
-
-    /// Number of trapped refined samples.
-    fn trapped(&self, truth: Truth) -> usize {
+    /// ‖Gc‖ of the refined samples with or without force closure.
+    fn norms(&self, closed: bool) -> Vec<f64> {
         let states = self.samples.iter().map(|sample| &sample.after);
-        states.filter(|state| truth.of(state)).count()
+        let own = states.filter(|state| state.holds()[0] == closed);
+        own.map(|state| state.judgement.net_wrench).collect()
     }
 
-    /// The samples at this many quantiles of ‖Gc‖ after refinement, evenly spaced from the least to the largest.
-    fn quantiles(&self, count: usize) -> impl Iterator<Item = &Sample> {
-        let last = self.samples.len() - 1;
-        (0..count).map(move |k| &self.samples[(k * last + (count - 1) / 2) / (count - 1)])
+    /// How well a high ‖Gc‖ tells the samples without force closure, and the number of these.
+    fn roc(&self) -> (Option<Roc>, usize) {
+        let trapped = self.norms(false);
+        (Roc::new(&trapped, &self.norms(true)), trapped.len())
+    }
+
+    fn median(&self, of: impl Fn(&Sample) -> f64) -> f64 {
+        let mut values: Vec<f64> = self.samples.iter().map(of).collect();
+        values.sort_by(f64::total_cmp);
+        let half = values.len() / 2;
+        0.5 * (values[half] + values[(values.len() - 1) / 2])
     }
 }
 
-/// An area with its 95 % interval, if there is one.
-fn area(roc: &Roc) -> String {
-    let [low, high] = roc.interval(1.96);
-    if low.is_nan() || high.is_nan() {
-        return format!("{:.2}", roc.area);
+/// The curves: share of trapped samples above a threshold against share of other samples above it.
+fn curves(all: &[Series]) -> Panel {
+    let chance = Line::line(vec![[0.0, 0.0], [1.0, 1.0]]).coloured(theme::PALE_LINE);
+    let mut lines = vec![chance.dashed()];
+    for (place, series) in all.iter().enumerate() {
+        if let (Some(roc), trapped) = series.roc() {
+            let (name, count) = (series.name, series.samples.len());
+            let name = format!("{name}, {trapped} of {count}: {}", roc.text());
+            let line = Line::line(roc.points).coloured(theme::series(place));
+            lines.push(line.named(&name));
+        }
     }
-    format!("{:.2} ({low:.2}–{high:.2})", roc.area)
+    Panel {
+        legend: Some(Corner::LowerRight),
+        ..Panel::new(
+            "does a high ‖Gc‖ tell samples without force closure?",
+            Axis::linear("share of the others taken for such").with_range(0.0, 1.0),
+            Axis::linear("share of them found").with_range(0.0, 1.0),
+            lines,
+        )
+    }
+}
+
+fn text(all: &[Series]) -> String {
+    let mut text = format!(
+        "# Before and after refinement, and who is trapped\n\n\
+         Chains on `{OBJECT}`, seed {SEED}. Contacts are measured on the exact mesh; *closure*: exact force closure at μ = 0.5; \
+         *grasp*: closure, and every contact within 2 mm of the mesh. ‖Gc‖ is that of the exact mesh, its arms divided by the method's \
+         own unit (object radius; 120 mm as released). Medians over all samples. *Closed*: \
+         the default energy, which has no contact set, so that the best set of each pose is judged, and which refines an end on the energy that does not name the digits of a grip. Written by `cargo run --release --example refinement`.\n\n\
+         | method | chains | ‖Gc‖ before | after | mean contact distance before, mm | after, mm | closure before | after | grasp \
+         before | after |\n|---|---|---|---|---|---|---|---|---|---|\n"
+    );
+    for series in all {
+        let _ = write!(
+            text,
+            "| {} | {} | {:.3} | {:.3} | {:.2} | {:.2}",
+            series.name,
+            series.samples.len(),
+            series.median(|sample| sample.before.judgement.net_wrench),
+            series.median(|sample| sample.after.judgement.net_wrench),
+            series.median(|sample| 1e3 * sample.before.mean_distance_m),
+            series.median(|sample| 1e3 * sample.after.mean_distance_m),
+        );
+        for which in [0, 1] {
+            for state in [|s: &Sample| s.before.holds(), |s: &Sample| s.after.holds()] {
+                let held = series.samples.iter().filter(|s| state(s)[which]).count();
+                let share = 100.0 * held as f64 / series.samples.len() as f64;
+                let _ = write!(text, " | {share:.1} %");
+            }
+        }
+        text.push_str(" |\n");
+    }
+    text.push_str(
+        "\n## Does a high ‖Gc‖ tell the trapped samples?\n\nArea below the ROC curve after refinement (½: knows nothing), with \
+         DeLong's 95 % interval (none where the classes do not overlap, or one has a single case).\n\n\
+         | method | trapped means | trapped | ‖Gc‖ |\n|---|---|---|---|\n",
+    );
+    for series in all {
+        let (roc, trapped) = series.roc();
+        let area = roc.map_or("–".to_owned(), |roc| roc.text());
+        let (name, count) = (series.name, series.samples.len());
+        let _ = writeln!(
+            text,
+            "| {name} | without closure | {trapped} of {count} | {area} |"
+        );
+    }
+    text
 }

@@ -1,11 +1,10 @@
-//! The pictures.
+//! The picture of samples before and after refinement.
 
-use landscape::figure::chart::{Axis, Chart, Corner, Panel, Series as Line};
 use landscape::figure::{Anchor, Canvas, Colour, Image, Scene, TextFace, theme};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::{Sample, Score, Series, Truth, area};
+use super::{Sample, Series, State};
 
 const QUANTILES: usize = 5;
 const SIDE: u32 = 140;
@@ -38,7 +37,11 @@ pub(crate) fn sheet(all: &[Series]) -> Canvas {
             let middle = f64::from(at) + 0.5 * f64::from(SIDE);
             canvas.text([0.5 * f64::from(LEFT), middle], words, face);
         }
-        let samples: Vec<&Sample> = series.quantiles(QUANTILES).collect();
+        // At quantiles of ‖Gc‖ after refinement, evenly spaced from the least to the largest.
+        let last = series.samples.len() - 1;
+        let samples: Vec<&Sample> = (0..QUANTILES)
+            .map(|k| &series.samples[(k * last + (QUANTILES - 1) / 2) / (QUANTILES - 1)])
+            .collect();
         let images: Vec<[Image; 2]> = samples
             .par_iter()
             .map(|sample| render(series, sample))
@@ -52,14 +55,16 @@ pub(crate) fn sheet(all: &[Series]) -> Canvas {
                 canvas.text(at, text, face.fitted(text, f64::from(SIDE)));
             };
             let first = top + TITLE;
-            below(first + SIDE, &sample.before.caption(), theme::INK);
-            below(first + row + SIDE, &sample.after.caption(), theme::INK);
-            let (verdict, colour) = if Truth::NoForceClosure.of(&sample.after) {
-                ("no force closure", TRAPPED)
-            } else if Truth::NoGrasp.of(&sample.after) {
-                ("closure, not touching", TRAPPED)
-            } else {
-                ("force closure", HOLDS)
+            let caption = |state: &State| {
+                let norm = state.judgement.net_wrench;
+                format!("‖Gc‖ {norm:.2}   {:.1} mm", 1e3 * state.mean_distance_m)
+            };
+            below(first + SIDE, &caption(&sample.before), theme::INK);
+            below(first + row + SIDE, &caption(&sample.after), theme::INK);
+            let (verdict, colour) = match sample.after.holds() {
+                [false, _] => ("no force closure", TRAPPED),
+                [true, false] => ("closure, not touching", TRAPPED),
+                [true, true] => ("force closure", HOLDS),
             };
             below(first + 2 * row, verdict, colour);
             canvas.image([left, first], before);
@@ -82,56 +87,4 @@ fn render(series: &Series, sample: &Sample) -> [Image; 2] {
     let toward_eye = after.best_camera(Vector3::z()).toward_eye();
     let camera = both.framed(toward_eye, Vector3::z());
     [before, after].map(|scene| scene.render(&camera, SIDE, SIDE))
-}
-
-/// Least number of cases in each class for a meaningful curve.
-const FEWEST: usize = 3;
-
-/// The curves: share of trapped samples above a threshold against share of other samples above it.
-pub(crate) fn curves(all: &[Series]) -> Chart {
-    let both = |truth: &Truth| {
-        all.iter()
-            .map(|series| (series, *truth))
-            .collect::<Vec<_>>()
-    };
-    let pairs = Truth::ALL.iter().flat_map(both);
-    let shown = pairs.filter(|(series, truth)| {
-        let trapped = series.trapped(*truth);
-        trapped.min(series.samples.len() - trapped) >= FEWEST
-    });
-    Chart {
-        columns: 2,
-        panel_size: [800, 660],
-        ..Chart::new(
-            "",
-            shown.map(|(series, truth)| panel(series, truth)).collect(),
-        )
-    }
-}
-
-fn panel(series: &Series, truth: Truth) -> Panel {
-    let mut lines = vec![
-        Line::line(vec![[0.0, 0.0], [1.0, 1.0]])
-            .coloured(theme::PALE_LINE)
-            .dashed(),
-    ];
-    for (index, score) in Score::ALL.into_iter().enumerate() {
-        let Ok(roc) = series.roc(score, truth) else {
-            continue;
-        };
-        let points = roc.points.iter();
-        let places = points.map(|p| [p.false_positive_rate, p.true_positive_rate]);
-        let line = Line::line(places.collect()).coloured(theme::series(index));
-        lines.push(line.named(&format!("{}: {}", score.name(), area(&roc))));
-    }
-    let (trapped, count) = (series.trapped(truth), series.samples.len());
-    Panel {
-        legend: Some(Corner::LowerRight),
-        ..Panel::new(
-            &format!("{}: {trapped} of {count} {}", series.name, truth.name()),
-            Axis::linear("share of the others taken for such").with_range(0.0, 1.0),
-            Axis::linear("share of them found").with_range(0.0, 1.0),
-            lines,
-        )
-    }
 }

@@ -112,11 +112,6 @@ pub(crate) fn object(base: &Fixture, scale: f64, reshaped: bool) -> Vec<Primitiv
     solids
 }
 
-/// Whether the object of a fixture can have another form that its type usually holds, too.
-pub(crate) fn can_be_reshaped(base: &Fixture) -> bool {
-    reshape(base.kind, &base.object).is_some()
-}
-
 fn sized(solid: &Primitive, scale: f64) -> Primitive {
     let mut solid = *solid;
     match &mut solid {

@@ -1,10 +1,9 @@
 //! Claims H1 to H6 and H8, which need only heights and labels.
 
-use super::{ClaimSettings, Finding, Verdict, insufficient};
+use super::{Claims, Finding, Verdict};
 use landscape::agreement::{
-    Correlation, Dendrogram, Outcome, Permutations, Tested, anosim_of_ranks, barrier_ratio,
-    bootstrap, cliffs_delta, indicator, mantel, morans_i, partial_mantel, test_labels,
-    test_uncertain_labels,
+    Correlation, Dendrogram, Permutations, Tested, anosim_of_ranks, barrier_ratio, bootstrap,
+    cliffs_delta, indicator, mantel, morans_i, partial_mantel, test_labels, test_uncertain_labels,
 };
 use landscape::evaluation::taxonomy::{Category, Rule, Taxonomy};
 use landscape::study::{Basin, Basins, Part, StatisticsSettings};
@@ -13,18 +12,12 @@ const POWER: usize = Category::Power as usize;
 const INTERMEDIATE: usize = Category::Intermediate as usize;
 const PRECISION: usize = Category::Precision as usize;
 
-pub(super) fn examine(
-    basins: &Basins,
-    claims: &ClaimSettings,
-    rule: &Rule,
-    seed: u64,
-) -> Vec<Finding> {
-    let settings = &claims.statistics;
+pub(super) fn examine(basins: &Basins, claims: &Claims, rule: &Rule, seed: u64) -> Vec<Finding> {
     let asked = Asked {
         basins,
         claims,
-        settings,
-        permutations: settings.permutations(seed),
+        settings: &claims.statistics,
+        permutations: claims.statistics.permutations(seed),
         seed,
     };
     vec![
@@ -40,52 +33,67 @@ pub(super) fn examine(
 
 struct Asked<'a> {
     basins: &'a Basins,
-    claims: &'a ClaimSettings,
+    claims: &'a Claims,
     settings: &'a StatisticsSettings,
     permutations: Permutations,
     seed: u64,
 }
 
 impl Asked<'_> {
+    fn test(&self, part: &Part, statistic: impl Fn(&[usize]) -> f64 + Sync) -> Option<Tested> {
+        test_labels(&part.labels, &part.blocks, &self.permutations, statistic).known()
+    }
+
+    /// The verdict, where the hand has the regions of a human one.
+    fn verdict(&self, holds: bool) -> Verdict {
+        if self.basins.inapplicable.is_none() {
+            Verdict::of(holds)
+        } else {
+            Verdict::Insufficient
+        }
+    }
+
+    /// The share of the grasps that lie in these minima, and the number of these minima.
+    fn share(&self, of: impl Fn(&Basin) -> bool) -> (f64, usize) {
+        // Starts from 0, since an empty sum is −0.
+        let grasps = |of: &dyn Fn(&Basin) -> bool| {
+            let own = self.basins.minima.iter().filter(|basin| of(basin));
+            own.fold((0.0, 0), |(sum, count), basin| {
+                (sum + basin.grasps, count + 1)
+            })
+        };
+        let (own, minima) = grasps(&of);
+        (own / grasps(&|_| true).0, minima)
+    }
+
     fn alike(&self) -> Finding {
-        let asked = &self.claims.alike;
+        let asked = self.claims.get("H1");
         let heights = self.basins.saddles.raised(self.settings.censored_factor);
         let blocks = vec![0; self.basins.minima.len()];
         if self.basins.inapplicable.is_some() || blocks.len() < self.settings.least_per_class {
-            return insufficient(
-                "H1",
-                &asked.claim,
-                "too few minima, or a hand without the regions of a human one",
-            );
+            let why = "too few minima, or a hand without the regions of a human one";
+            return asked.insufficient(why);
         }
-        let spearman = Correlation::Spearman;
-        let contacts = mantel(
-            &heights,
-            &self.basins.contact_distances,
-            spearman,
-            &blocks,
-            &self.permutations,
-        );
+        let Basins {
+            contact_distances,
+            pose_distances,
+            energy_gaps,
+            ..
+        } = self.basins;
+        let (spearman, permutations) = (Correlation::Spearman, &self.permutations);
+        let contacts = mantel(&heights, contact_distances, spearman, &blocks, permutations);
         let gaps = partial_mantel(
             &heights,
-            &self.basins.contact_distances,
-            &self.basins.energy_gaps,
+            contact_distances,
+            energy_gaps,
             spearman,
             &blocks,
-            &self.permutations,
+            permutations,
         );
-        let pose = mantel(
-            &heights,
-            &self.basins.pose_distances,
-            spearman,
-            &blocks,
-            &self.permutations,
-        );
-        let holds = contacts.statistic >= asked.least_correlation && contacts.p < asked.level;
-        Finding::new(
-            "H1",
-            &asked.claim,
-            Verdict::of(holds),
+        let pose = mantel(&heights, pose_distances, spearman, &blocks, permutations);
+        let strong = contacts.statistic >= asked.number("least_correlation");
+        asked.finding(
+            Verdict::of(strong && contacts.p < asked.number("level")),
             Some(contacts.p),
             format!(
                 "Mantel's rank correlation of saddle heights with distances of contact areas {:.3} (p {:.4}), given the \
@@ -96,80 +104,42 @@ impl Asked<'_> {
     }
 
     fn all(&self) -> Finding {
-        let asked = &self.claims.all;
-        let total: f64 = self.basins.minima.iter().map(|basin| basin.grasps).sum();
-        let mut holds = self.basins.inapplicable.is_none();
+        let asked = self.claims.get("H2");
+        let mut holds = true;
         let mut parts = Vec::new();
         for category in [Category::Power, Category::Intermediate, Category::Precision] {
-            let own = || {
-                self.basins
-                    .minima
-                    .iter()
-                    .filter(|basin| basin.unfiltered == Some(category as usize))
-            };
-            // Starts from 0, since an empty sum is −0.
-            let share = own()
-                .map(|basin| basin.grasps)
-                .fold(0.0, |sum, grasps| sum + grasps)
-                / total;
-            let minima = own().count();
-            holds &= share >= asked.least_share && minima >= asked.least_minima;
-            parts.push(format!(
-                "{} {:.1} % ({minima} minima)",
-                category.name(),
-                100.0 * share
-            ));
+            let (share, minima) = self.share(|basin| basin.unfiltered == Some(category as usize));
+            holds &= share >= asked.number("least_share");
+            holds &= minima as f64 >= asked.number("least_minima");
+            let (name, percent) = (category.name(), 100.0 * share);
+            parts.push(format!("{name} {percent:.1} % ({minima} minima)"));
         }
-        let verdict = if self.basins.inapplicable.is_none() {
-            Verdict::of(holds)
-        } else {
-            Verdict::Insufficient
-        };
-        Finding::new(
-            "H2",
-            &asked.claim,
-            verdict,
-            None,
-            format!(
-                "of the grasps, by the type that fits best: {}",
-                parts.join(", ")
-            ),
-        )
+        let parts = parts.join(", ");
+        let measured = format!("of the grasps, by the type that fits best: {parts}");
+        asked.finding(self.verdict(holds), None, measured)
     }
 
     fn apart(&self) -> Finding {
-        let asked = &self.claims.apart;
-        let label = |basin: &Basin| match basin.category {
+        let asked = self.claims.get("H3");
+        let part = Part::new(self.basins, self.settings, |basin| match basin.category {
             Some(POWER) => Some(0),
             Some(PRECISION) => Some(1),
             _ => None,
-        };
-        let part = Part::new(self.basins, self.settings, label);
+        });
         let ratio = barrier_ratio(&part.barriers, &part.labels, [0, 1]);
         let ranks = part.saddles.ranks();
         let tree = Dendrogram::new(&part.saddles);
-        let anosim = test_labels(&part.labels, &part.blocks, &self.permutations, |labels| {
-            anosim_of_ranks(&ranks, labels)
-        });
-        let purity = test_labels(&part.labels, &part.blocks, &self.permutations, |labels| {
-            tree.purity(labels, &part.weights)
-        });
-        let (Outcome::Known(anosim), Outcome::Known(purity)) = (anosim, purity) else {
-            return insufficient(
-                "H3",
-                &asked.claim,
-                &few(&part.labels, &["power", "precision"]),
-            );
+        let anosim = self.test(&part, |labels| anosim_of_ranks(&ranks, labels));
+        let purity = self.test(&part, |labels| tree.purity(labels, &part.weights));
+        let (Some(anosim), Some(purity)) = (anosim, purity) else {
+            return asked.insufficient(&few(&part.labels, &["power", "precision"]));
         };
         let quick = Permutations {
             count: self.settings.label_permutations,
             ..self.permutations
         };
-        let weights: Vec<Vec<f64>> = part
-            .cases
-            .iter()
-            .map(|&i| self.drawn(i, part_label(&part, i)))
-            .collect();
+        let cases = part.cases.iter().zip(&part.labels);
+        let weights: Vec<Vec<f64>> = cases.map(|(&i, &label)| self.drawn(i, label)).collect();
         let unsure = test_uncertain_labels(
             &weights,
             &part.blocks,
@@ -178,13 +148,11 @@ impl Asked<'_> {
             |labels| anosim_of_ranks(&ranks, labels),
         );
         let [low, high] = unsure.statistic.interval(0.95);
-        let holds = ratio.ratio >= asked.least_ratio
-            && anosim.statistic >= asked.least_anosim
-            && anosim.p < asked.level
-            && purity.p < asked.purity_level;
-        Finding::new(
-            "H3",
-            &asked.claim,
+        let holds = ratio.ratio >= asked.number("least_ratio")
+            && anosim.statistic >= asked.number("least_anosim")
+            && anosim.p < asked.number("level")
+            && purity.p < asked.number("purity_level");
+        asked.finding(
             Verdict::of(holds),
             Some(anosim.p),
             format!(
@@ -205,16 +173,13 @@ impl Asked<'_> {
 
     /// Weights of power (0) and precision (1) of a minimum, from its best-fitting types.
     fn drawn(&self, case: usize, label: usize) -> Vec<f64> {
-        let taxonomy = Taxonomy::feix();
         let best = &self.basins.minima[case].best;
         let first = best.first().map_or(0.0, |first| first.score);
         let mut weights = vec![0.0; 2];
         for candidate in best {
-            let category = taxonomy
-                .numbered(candidate.number)
-                .map(|entry| entry.category as usize);
+            let entry = Taxonomy::feix().numbered(candidate.number);
             let weight = libm::exp((candidate.score - first) / self.settings.label_temperature);
-            match category {
+            match entry.map(|entry| entry.category as usize) {
                 Some(POWER) => weights[0] += weight,
                 Some(PRECISION) => weights[1] += weight,
                 _ => {}
@@ -227,34 +192,24 @@ impl Asked<'_> {
     }
 
     fn scattered(&self) -> Finding {
-        let asked = &self.claims.scattered;
+        let asked = self.claims.get("H4");
         let part = Part::new(self.basins, self.settings, |basin| basin.category);
         let graph = part.graph(self.basins.group_barrier);
-        let counts = [POWER, INTERMEDIATE, PRECISION]
-            .map(|class| part.labels.iter().filter(|label| **label == class).count());
-        if counts[INTERMEDIATE] < self.settings.least_per_class {
-            return insufficient(
-                "H4",
-                &asked.claim,
-                &format!("{} intermediate minima", counts[INTERMEDIATE]),
-            );
+        let of_class = part.labels.iter().filter(|label| **label == INTERMEDIATE);
+        let count = of_class.count();
+        if count < self.settings.least_per_class {
+            return asked.insufficient(&format!("{count} intermediate minima"));
         }
-        let interval = |class: usize| {
-            let drawn = bootstrap(
-                &part.blocks,
-                self.settings.bootstrap_draws,
-                self.seed,
-                |cases| {
-                    let labels: Vec<usize> = cases.iter().map(|&i| part.labels[i]).collect();
-                    morans_i(&graph.chosen(cases, 0.0), &indicator(&labels, class))
-                },
-            );
+        let draws = self.settings.bootstrap_draws;
+        let [power, own, precision] = [POWER, INTERMEDIATE, PRECISION].map(|class| {
+            let drawn = bootstrap(&part.blocks, draws, self.seed, |cases| {
+                let labels: Vec<usize> = cases.iter().map(|&i| part.labels[i]).collect();
+                morans_i(&graph.chosen(cases, 0.0), &indicator(&labels, class))
+            });
             drawn.interval(0.95)
-        };
-        let [power, own, precision] = [POWER, INTERMEDIATE, PRECISION].map(interval);
-        let two: Vec<usize> = part
-            .labels
-            .iter()
+        });
+        let labels = part.labels.iter();
+        let two: Vec<usize> = labels
             .map(|label| usize::from(*label == INTERMEDIATE))
             .collect();
         let tested = test_labels(&two, &part.blocks, &self.permutations, |labels| {
@@ -262,11 +217,9 @@ impl Asked<'_> {
         });
         let p = tested.known().map(|tested| tested.p);
         let below = own[1] < power[0] && own[1] < precision[0];
-        let chance =
-            p.is_some_and(|p| p > asked.level) && counts[INTERMEDIATE] >= asked.least_minima;
-        Finding::new(
-            "H4",
-            &asked.claim,
+        let chance = p.is_some_and(|p| p > asked.number("level"))
+            && count as f64 >= asked.number("least_minima");
+        asked.finding(
             Verdict::of(below || chance),
             p,
             format!(
@@ -277,110 +230,80 @@ impl Asked<'_> {
     }
 
     fn unlisted(&self, rule: &Rule) -> Finding {
-        let asked = &self.claims.unlisted;
-        let total: f64 = self.basins.minima.iter().map(|basin| basin.grasps).sum();
-        let share = |threshold: f64| {
-            let own = self
-                .basins
-                .minima
-                .iter()
-                .filter(|basin| basin.fit < threshold);
-            own.map(|basin| basin.grasps).sum::<f64>() / total
-        };
+        let asked = self.claims.get("H5");
+        let share = |threshold: f64| self.share(|basin| basin.fit < threshold).0;
         let here = share(rule.unlisted_below);
-        let others = asked.other_thresholds.map(share);
-        let holds = (asked.share[0]..=asked.share[1]).contains(&here)
-            && others.iter().all(|share| *share > 0.0);
-        let verdict = if self.basins.inapplicable.is_none() {
-            Verdict::of(holds)
-        } else {
-            Verdict::Insufficient
-        };
-        Finding::new(
-            "H5",
-            &asked.claim,
-            verdict,
+        let thresholds = asked.pair("other_thresholds");
+        let others = thresholds.map(share);
+        let [least, most] = asked.pair("share");
+        let holds = (least..=most).contains(&here) && others.iter().all(|share| *share > 0.0);
+        asked.finding(
+            self.verdict(holds),
             None,
             format!(
                 "{:.1} % of the grasps fit no type better than {}; {:.1} % below {}, {:.1} % below {} (a person has not looked at them)",
                 100.0 * here,
                 rule.unlisted_below,
                 100.0 * others[0],
-                asked.other_thresholds[0],
+                thresholds[0],
                 100.0 * others[1],
-                asked.other_thresholds[1]
+                thresholds[1]
             ),
         )
     }
 
     fn nearest(&self) -> Finding {
-        let asked = &self.claims.nearest;
+        let asked = self.claims.get("H6");
         let precision = self.basins.cases(|basin| basin.category == Some(PRECISION));
         let part = Part::new(self.basins, self.settings, |basin| {
-            let number = basin.grasp_type?;
-            match () {
-                () if asked.others.contains(&number) => Some(0),
-                () if asked.spheres.contains(&number) => Some(1),
-                () => None,
-            }
+            let number = basin.grasp_type;
+            let sphere = asked.has("spheres", number);
+            (sphere || asked.has("others", number)).then_some(usize::from(sphere))
         });
         let raised = self.basins.barriers.raised(self.settings.censored_factor);
-        let least: Vec<f64> = (part.cases.iter())
-            .map(|&i| {
-                precision
-                    .iter()
-                    .filter(|j| **j != i)
-                    .map(|&j| raised.get(i, j))
-                    .fold(f64::INFINITY, f64::min)
-            })
-            .collect();
+        let least = |&i: &usize| {
+            let others = precision.iter().filter(|j| **j != i);
+            others
+                .map(|&j| raised.get(i, j))
+                .fold(f64::INFINITY, f64::min)
+        };
+        let least: Vec<f64> = part.cases.iter().map(least).collect();
         let delta = |labels: &[usize]| {
             let of = |class: usize| -> Vec<f64> {
-                least
+                let own = least
                     .iter()
                     .zip(labels)
-                    .filter(|(_, label)| **label == class)
-                    .map(|(barrier, _)| *barrier)
-                    .collect()
+                    .filter(|(_, label)| **label == class);
+                own.map(|(barrier, _)| *barrier).collect()
             };
             cliffs_delta(&of(1), &of(0))
         };
-        let tested = test_labels(&part.labels, &part.blocks, &self.permutations, |labels| {
-            -delta(labels)
-        });
-        match tested {
-            Outcome::Known(tested) if precision.len() >= self.settings.least_per_class => {
-                let delta = -tested.statistic;
-                Finding::new(
-                    "H6",
-                    &asked.claim,
-                    Verdict::of(delta <= asked.most_delta && tested.p < asked.level),
-                    Some(tested.p),
-                    format!(
-                        "Cliff's delta of the least barrier to a precision grasp, spheres over cylinders and disks: {delta:.2} (p {:.4})",
-                        tested.p
-                    ),
-                )
-            }
-            _ => insufficient(
-                "H6",
-                &asked.claim,
-                &format!(
-                    "{}; {} precision minima",
-                    few(&part.labels, &["cylinder or disk", "sphere"]),
-                    precision.len()
-                ),
+        let tested = self.test(&part, |labels| -delta(labels));
+        let Some(tested) = tested.filter(|_| precision.len() >= self.settings.least_per_class)
+        else {
+            return asked.insufficient(&format!(
+                "{}; {} precision minima",
+                few(&part.labels, &["cylinder or disk", "sphere"]),
+                precision.len()
+            ));
+        };
+        let (delta, p) = (-tested.statistic, tested.p);
+        asked.finding(
+            Verdict::of(delta <= asked.number("most_delta") && p < asked.number("level")),
+            Some(p),
+            format!(
+                "Cliff's delta of the least barrier to a precision grasp, spheres over cylinders and disks: {delta:.2} (p {p:.4})"
             ),
-        }
+        )
     }
 
     fn tripods(&self) -> Finding {
-        let asked = &self.claims.tripods;
+        let asked = self.claims.get("H8");
         let part = Part::new(self.basins, self.settings, |basin| {
-            let number = basin.grasp_type?;
+            let number = Some(basin.grasp_type?);
             Some(match () {
-                () if asked.spheres.contains(&number) => 0,
-                () if asked.near.contains(&number) => 1,
+                () if asked.has("spheres", number) => 0,
+                () if asked.has("near", number) => 1,
                 () => 2,
             })
         });
@@ -396,55 +319,31 @@ impl Asked<'_> {
             }
             (sums[0][0] / sums[0][1]) / (sums[1][0] / sums[1][1])
         };
-        match test_labels(&part.labels, &part.blocks, &self.permutations, |labels| {
-            -ratio(labels)
-        }) {
-            Outcome::Known(Tested { statistic, p, .. })
-                if part.labels.contains(&1) && part.labels.contains(&0) =>
-            {
-                Finding::new(
-                    "H8",
-                    &asked.claim,
-                    Verdict::of(-statistic <= asked.most_ratio && p < asked.level),
-                    Some(p),
-                    format!(
-                        "mean barrier from spheres to tripods and quadpods over that to all other types {:.2} (p {p:.4})",
-                        -statistic
-                    ),
-                )
-            }
-            _ => insufficient(
-                "H8",
-                &asked.claim,
-                &few(&part.labels, &["sphere", "tripod or quadpod", "other"]),
+        let tested = self.test(&part, |labels| -ratio(labels));
+        let both = part.labels.contains(&1) && part.labels.contains(&0);
+        let Some(tested) = tested.filter(|_| both) else {
+            let classes = ["sphere", "tripod or quadpod", "other"];
+            return asked.insufficient(&few(&part.labels, &classes));
+        };
+        let (ratio, p) = (-tested.statistic, tested.p);
+        asked.finding(
+            Verdict::of(ratio <= asked.number("most_ratio") && p < asked.number("level")),
+            Some(p),
+            format!(
+                "mean barrier from spheres to tripods and quadpods over that to all other types {ratio:.2} (p {p:.4})"
             ),
-        }
+        )
     }
 }
 
-fn part_label(part: &Part, case: usize) -> usize {
-    part.cases
-        .iter()
-        .position(|own| *own == case)
-        .map_or(0, |place| part.labels[place])
-}
-
+/// The number of minima of each class.
 fn few(labels: &[usize], names: &[&str]) -> String {
     let count = |(class, name): (usize, &&str)| {
-        format!(
-            "{} {name}",
-            labels.iter().filter(|label| **label == class).count()
-        )
+        let own = labels.iter().filter(|label| **label == class);
+        format!("{} {name}", own.count())
     };
-    format!(
-        "minima: {}",
-        names
-            .iter()
-            .enumerate()
-            .map(count)
-            .collect::<Vec<_>>()
-            .join(", ")
-    )
+    let counts: Vec<String> = names.iter().enumerate().map(count).collect();
+    format!("minima: {}", counts.join(", "))
 }
 
 #[cfg(test)]
@@ -490,8 +389,8 @@ mod tests {
         }
     }
 
-    fn verdicts(basins: &Basins) -> Vec<(&'static str, Verdict)> {
-        let mut settings = ClaimSettings::standard();
+    fn verdicts(basins: &Basins) -> Vec<(String, Verdict)> {
+        let mut settings = Claims::standard();
         settings.statistics.permutations = 199;
         settings.statistics.bootstrap_draws = 50;
         settings.statistics.label_draws = 5;
@@ -504,7 +403,7 @@ mod tests {
 
     fn verdict(basins: &Basins, id: &str) -> Verdict {
         let found = verdicts(basins);
-        found.into_iter().find(|(own, _)| *own == id).unwrap().1
+        found.into_iter().find(|(own, _)| own == id).unwrap().1
     }
 
     /// Ten power grasps (medium wrap) and ten precision grasps (tripod).

@@ -6,6 +6,7 @@
 //! Each FILE holds grasps (Parquet) of a hand that is built like a human one. `data/grasps.parquet` is always compared.
 //! FOLDER holds `ycb_affordance`: grasps that people posed. None of these is part of the project.
 
+#[expect(dead_code, reason = "`annotated` reads the labels")]
 mod people;
 
 use std::collections::BTreeMap;
@@ -17,13 +18,13 @@ use landscape::evaluation::HandUse;
 use landscape::evaluation::human_likeness::{MEASURES, Measure};
 use landscape::evaluation::taxonomy::Anatomy;
 use landscape::store::{GraspFile, Overrides};
+use people::{People, Posed};
 use rayon::prelude::*;
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 /// The use of the hand in each grasp, by object.
 type Uses = BTreeMap<String, Vec<HandUse>>;
 
-const OUTPUT: &str = "figures/human_likeness.md";
 const COMMITTED: &str = "data/grasps.parquet";
 const DRAWS: usize = 2000;
 const SEED: u64 = 8;
@@ -44,8 +45,7 @@ struct Compared {
 }
 
 fn main() -> Result<(), Failure> {
-    let data = std::env::var_os("LANDSCAPE_TEST_DATA").ok_or("LANDSCAPE_TEST_DATA is not set")?;
-    let people = people::uses(&Path::new(&data).join("ycb_affordance"))?;
+    let people = uses_of(&People::read()?)?;
     let only = |names: &[&str]| -> Uses {
         let own = people
             .iter()
@@ -75,10 +75,19 @@ fn main() -> Result<(), Failure> {
         });
     }
     let text = report(&people, &all);
-    let draft = Path::new(OUTPUT).with_extension("md.new");
-    std::fs::write(&draft, text)?;
-    std::fs::rename(draft, OUTPUT)?;
+    std::fs::write("figures/human_likeness.md", text)?;
     Ok(())
+}
+
+/// The use of the hand in all grasps that people posed. Their labels are not read.
+fn uses_of(people: &People) -> Result<Uses, Failure> {
+    let anatomy = Anatomy::of(&people.hand)?;
+    let one = |(name, grasps): (&String, &Vec<Posed>)| -> Result<_, Failure> {
+        let object = people.object(name)?;
+        let of = |grasp: &Posed| HandUse::of(&people.hand, &anatomy, &object, &grasp.x);
+        Ok((name.clone(), grasps.iter().filter_map(of).collect()))
+    };
+    people.grasps.par_iter().map(one).collect()
 }
 
 /// The use of the hand in all grasps of some files.

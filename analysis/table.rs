@@ -42,25 +42,32 @@ impl Table {
             .collect()
     }
 
-    pub(crate) fn add(&mut self, key: &str, numbers: &[f64]) {
-        let mut row = key.to_owned();
-        for number in numbers {
-            let _ = write!(row, ",{number}");
+    /// Puts the numbers of a run in place of those that are there.
+    pub(crate) fn set<'a>(&mut self, key: &str, rows: impl IntoIterator<Item = &'a [f64]>) {
+        self.rows.retain(|row| !is_of(row, key));
+        for numbers in rows {
+            let mut row = key.to_owned();
+            for number in numbers {
+                let _ = write!(row, ",{number}");
+            }
+            self.rows.push(row);
         }
-        self.rows.push(row);
     }
 
     /// Writes the rows of these runs in this order; other rows are dropped.
     pub(crate) fn write(&self, path: &Path, keys: &[String]) -> io::Result<()> {
         let mut text = format!("{}\n", self.header);
         for key in keys {
-            let of_key =
-                |row: &&String| row.strip_prefix(&**key).is_some_and(|r| r.starts_with(','));
-            for row in self.rows.iter().filter(of_key) {
+            for row in self.rows.iter().filter(|row| is_of(row, key)) {
                 text.push_str(row);
                 text.push('\n');
             }
         }
         fs::write(path, text)
     }
+}
+
+fn is_of(row: &str, key: &str) -> bool {
+    row.strip_prefix(key)
+        .is_some_and(|rest| rest.starts_with(','))
 }
