@@ -40,7 +40,6 @@ fn none() -> EnergySettings {
         self_penetration_weight: 0.0,
         joint_limits_weight: 0.0,
         prior_weight: 0.0,
-        ..EnergySettings::default()
     }
 }
 
