@@ -40,7 +40,6 @@ fn none() -> EnergySettings {
         self_penetration_weight: 0.0,
         joint_limits_weight: 0.0,
         prior_weight: 0.0,
-        ..EnergySettings::default()
     }
 }
 
@@ -48,18 +47,9 @@ fn none() -> EnergySettings {
 fn hand_cases() -> Vec<(&'static str, EnergySettings)> {
     vec![
         (
-            "self-penetration, exact",
+            "self-penetration",
             EnergySettings {
                 self_penetration_weight: 1.0,
-                nearest_points_rounding: 0.0,
-                ..none()
-            },
-        ),
-        (
-            "self-penetration, rounded",
-            EnergySettings {
-                self_penetration_weight: 1.0,
-                nearest_points_rounding: 0.01,
                 ..none()
             },
         ),

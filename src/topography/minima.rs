@@ -17,7 +17,7 @@ use crate::space::Space;
 /// Tolerance within which two stationary points are the same. Both values have units. The defaults suit a surface whose
 /// energies and lengths are of order 1; for any other surface measure them ([`Scales`](super::Scales)) or choose them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct MatchTolerance {
     /// Greatest difference in energy.
     pub energy: f64,
@@ -144,7 +144,7 @@ fn order(a: &Quench, b: &Quench) -> std::cmp::Ordering {
 
 /// Settings of [`hop`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct HoppingSettings {
     /// Settings of the descents.
     pub quench: QuenchSettings,

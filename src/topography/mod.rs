@@ -42,7 +42,7 @@ pub use landscape::{Landscape, NoMinimum};
 pub use merges::{Merge, minimax_path};
 pub use minima::{HoppingSettings, MatchTolerance, Rejected, distinct, hop, quench_all};
 pub use network::{Edge, Evidence, Minimum, MinimumId, Network};
-pub use path::{BandSettings, LoweringSettings, Pass, Path, PathMethod, PathSettings};
+pub use path::{LoweringSettings, Pass, Path, PathMethod, PathSettings};
 pub(crate) use progress::Tally;
 pub use progress::{Observer, Phase, Progress};
 pub use rarefaction::{Completeness, LEAST_MEMBERS, Rarefaction, Rarefied};

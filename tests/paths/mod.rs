@@ -204,17 +204,6 @@ fn check_saddle(case: &Case, ends: (&Minimum, &Minimum), connection: &Connection
 }
 
 #[test]
-fn double_nudging_changes_no_saddle() {
-    let case = &cases()[0];
-    let ends = (&case.minima[1], &case.minima[2]);
-    let mut settings = straight_only(50.0, 1.0, PathMethod::Band);
-    settings.path.band.doubly_nudged = true;
-    let found = straight(&*case.energy, ends, &settings);
-    assert_eq!(found.edge.evidence, Evidence::Saddle);
-    assert!((found.edge.height + 72.248940112325).abs() < 1e-6);
-}
-
-#[test]
 fn half_turns_go_the_lower_way_round() {
     for twist in [-0.8, 0.8] {
         let energy = Turn {

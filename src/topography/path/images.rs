@@ -6,7 +6,7 @@
 //! B. P. Uberuaga and H. Jónsson, J. Chem. Phys. 113, 9901 (2000)). Both use the upwind tangent of G. Henkelman and H.
 //! Jónsson, J. Chem. Phys. 113, 9978 (2000).
 
-use super::settings::{BandSettings, PathMethod};
+use super::settings::PathMethod;
 use super::{Path, between, near, spread_by};
 use crate::energy::Energy;
 use crate::optimize::Fire;
@@ -25,7 +25,8 @@ const STRIDE: f64 = 0.4;
 #[derive(Clone, Copy)]
 pub(super) struct Manner {
     pub(super) method: PathMethod,
-    pub(super) band: BandSettings,
+    /// Initial stiffness of the springs of a band.
+    pub(super) spring: f64,
     /// Longest step of an image in an iteration.
     pub(super) longest: f64,
 }
@@ -94,9 +95,9 @@ impl<'e> Images<'e> {
             .push(Fire::new(self.scales.len(), self.manner.longest));
     }
 
-    /// Makes the highest image climb from now on if this is a climbing band. Returns whether it is.
+    /// Makes the highest image climb from now on if this is a band. Returns whether it is.
     pub(super) fn climb(&mut self) -> bool {
-        self.climbs = self.manner.method == PathMethod::Band && self.manner.band.climbing;
+        self.climbs = self.manner.method == PathMethod::Band;
         self.climbs
     }
 
@@ -282,11 +283,10 @@ impl<'e> Images<'e> {
             && (energies.iter().zip(&self.pinned)).all(|(e, pin)| *pin || *e <= energies[i])
     }
 
-    /// Adds the spring force on a free image that does not climb: the part along the path, and with double nudging some of
-    /// the rest. An image outside the domain follows its neighbours.
+    /// Adds the spring force on a free image that does not climb: the part along the path. An image outside the domain follows
+    /// its neighbours.
     fn add_springs(&self, i: usize, force: &mut [f64]) {
-        let settings = &self.manner.band;
-        let spring = settings.spring * self.stiffness;
+        let spring = self.manner.spring * self.stiffness;
         let [mut pull, behind] = self.neighbours(i);
         // A segment is stretched if it is longer than its share. No spring is stiffer than between equal shares.
         let least = self.shares[i].min(self.shares[i - 1]);
@@ -299,16 +299,6 @@ impl<'e> Images<'e> {
             return;
         }
         let tangent = self.tangent(i);
-        if settings.doubly_nudged {
-            let along = dot(&pull, &tangent);
-            add(&mut pull, -along, &tangent);
-            let square = dot(force, force);
-            if square > 0.0 {
-                let working = dot(&pull, force) / square;
-                add(&mut pull, -working, force);
-            }
-            add(force, 1.0, &pull);
-        }
         add(force, spring * stretch, &tangent);
     }
 
@@ -410,13 +400,10 @@ mod tests {
     const ENDS: [[f64; 2]; 2] = [[-0.558224, 1.441726], [-0.050011, 0.466694]];
     const PASS: f64 = -40.664843508657;
 
-    fn images(energy: &dyn Energy, method: PathMethod, doubly_nudged: bool) -> Images<'_> {
+    fn images(energy: &dyn Energy, method: PathMethod) -> Images<'_> {
         let manner = Manner {
             method,
-            band: BandSettings {
-                doubly_nudged,
-                ..BandSettings::for_scales(50.0, 1.0)
-            },
+            spring: 500.0,
             longest: 0.05,
         };
         Images::new(energy, &ENDS.map(|end| end.to_vec()), 12, manner)
@@ -426,7 +413,7 @@ mod tests {
     fn strings_and_bands_come_to_rest_evenly_spread() {
         let energy = MullerBrown::new();
         for method in [PathMethod::String, PathMethod::Band] {
-            let mut images = images(&energy, method, false);
+            let mut images = images(&energy, method);
             let force = images.relax(500, 2.0);
             assert!(force <= 2.0, "{method:?}: {force}");
             assert!(
@@ -445,24 +432,22 @@ mod tests {
     #[test]
     fn the_top_of_a_band_climbs_to_the_pass() {
         let energy = MullerBrown::new();
-        assert!(!images(&energy, PathMethod::String, false).climb());
-        for doubly_nudged in [false, true] {
-            let mut images = images(&energy, PathMethod::Band, doubly_nudged);
-            images.relax(60, 2.0);
-            assert!(images.climb());
-            images.relax(300, 0.1);
-            let height = images.path.height();
-            assert!((height - PASS).abs() < 1e-4, "{doubly_nudged}: {height}");
-            let top = images.path.top();
-            assert!(norm(&images.gradients[top]) < 0.5);
-        }
+        assert!(!images(&energy, PathMethod::String).climb());
+        let mut images = images(&energy, PathMethod::Band);
+        images.relax(60, 2.0);
+        assert!(images.climb());
+        images.relax(300, 0.1);
+        let height = images.path.height();
+        assert!((height - PASS).abs() < 1e-4, "{height}");
+        let top = images.path.top();
+        assert!(norm(&images.gradients[top]) < 0.5);
     }
 
     #[test]
     fn splitting_keeps_what_is_known() {
         let well = MullerBrown::new();
         let energy = Counted::new(&well);
-        let mut images = images(&energy, PathMethod::String, false);
+        let mut images = images(&energy, PathMethod::String);
         images.relax(20, 0.0);
         let before = energy.evaluations();
         let doubled = images.clone().doubled();

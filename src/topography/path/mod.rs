@@ -16,7 +16,8 @@ pub use pass::Pass;
 pub(super) use pass::{descend, descend_one_way, leave_ridges};
 pub(super) use relax::relax;
 use serde::{Deserialize, Serialize};
-pub use settings::{BandSettings, LoweringSettings, PathMethod, PathSettings};
+pub(super) use settings::HEIGHT_TOLERANCE;
+pub use settings::{LoweringSettings, PathMethod, PathSettings};
 pub(super) use tops::tops;
 
 use super::journal::bits;

@@ -4,22 +4,27 @@ use serde::{Deserialize, Serialize};
 
 use super::images::Manner;
 
+/// Greatest change of a height under doubling, relative to the barrier.
+pub(in crate::topography) const HEIGHT_TOLERANCE: f64 = 0.01;
+/// Difference from the cubic through its ends above which a segment is split, relative to the barrier: several times the
+/// tolerance of heights, because the top is refined afterwards.
+pub(super) const DEPARTURE: f64 = 0.05;
+
 /// Settings of path relaxation. [`PathSettings::for_scales`] sets all that have units from one energy and one length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct PathSettings {
     /// How the images of a path are kept apart.
     pub method: PathMethod,
-    /// Settings of the springs of a band.
-    pub band: BandSettings,
+    /// Initial stiffness of the springs of a band, energy per length squared. It grows while images are spread unevenly and
+    /// falls otherwise.
+    pub spring: f64,
     /// Number of segments before any is split.
     pub segments: usize,
     /// The longer way round between two points is tried too if it is at most this many times as long.
     pub detour: f64,
     /// Rounds, before a top is refined, that split segments where the surface differs from the cubic through their ends.
     pub insertions: usize,
-    /// Difference above which a segment is split, relative to the barrier.
-    pub departure: f64,
     /// Iterations before the lowest of several starts is chosen.
     pub coarse_iterations: usize,
     /// A rough path is relaxed too if it would win by sinking by this fraction of its barrier.
@@ -32,8 +37,6 @@ pub struct PathSettings {
     pub max_step: f64,
     /// Greatest force at the top of a relaxed path, energy per length.
     pub force_tolerance: f64,
-    /// Greatest change of the height under doubling, relative to the barrier.
-    pub height_tolerance: f64,
     /// Greatest number of steps in the refinement of one pass.
     pub refinement_steps: usize,
     /// Length at which such a step along one mode saturates, however far Newton's method would go.
@@ -52,7 +55,7 @@ pub struct PathSettings {
 
 /// Settings for lowering the tops of paths.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct LoweringSettings {
     /// Greatest distance between neighbouring points of the path.
     pub spacing: f64,
@@ -73,12 +76,6 @@ impl Default for LoweringSettings {
     }
 }
 
-impl Default for BandSettings {
-    fn default() -> Self {
-        Self::for_scales(1.0, 1.0)
-    }
-}
-
 impl Default for PathSettings {
     fn default() -> Self {
         Self::for_scales(1.0, 1.0)
@@ -90,18 +87,16 @@ impl PathSettings {
     pub fn for_scales(energy: f64, length: f64) -> Self {
         Self {
             method: PathMethod::default(),
-            band: BandSettings::for_scales(energy, length),
+            spring: 10.0 * energy / (length * length),
             segments: 12,
             detour: 1.5,
             insertions: 3,
-            departure: 0.05,
             coarse_iterations: 60,
             rivalry: 0.25,
             iterations: 60,
             rounds: 4,
             max_step: 0.05 * length,
             force_tolerance: 0.01 * energy / length,
-            height_tolerance: 0.01,
             refinement_steps: 60,
             saturation: length,
             push: 0.01 * length,
@@ -122,14 +117,14 @@ impl PathSettings {
     pub(super) fn manner(&self) -> Manner {
         Manner {
             method: self.method,
-            band: self.band,
+            spring: self.spring,
             longest: self.max_step,
         }
     }
 
     /// Change of height that is ignored for a barrier of this height.
     pub(super) fn slack(&self, barrier: f64) -> f64 {
-        self.height_tolerance * barrier + self.energy_tolerance
+        HEIGHT_TOLERANCE * barrier + self.energy_tolerance
     }
 }
 
@@ -142,28 +137,4 @@ pub enum PathMethod {
     String,
     /// The nudged elastic band: images are held by springs.
     Band,
-}
-
-/// Settings of an elastic band.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct BandSettings {
-    /// Initial spring stiffness, energy per length squared. It grows while images are spread unevenly and falls otherwise.
-    pub spring: f64,
-    /// Whether the highest image climbs to the top once the band is roughly relaxed.
-    pub climbing: bool,
-    /// Whether the part of the spring force across the path that does not oppose the surface acts too (S. A. Trygubenko and
-    /// D. J. Wales, J. Chem. Phys. 120, 2082 (2004)). It avoids kinks but deviates slightly from the true path.
-    pub doubly_nudged: bool,
-}
-
-impl BandSettings {
-    /// Settings for a surface whose typical barrier is `energy` high and `length` wide.
-    pub fn for_scales(energy: f64, length: f64) -> Self {
-        Self {
-            spring: 10.0 * energy / (length * length),
-            climbing: true,
-            doubly_nudged: false,
-        }
-    }
 }
