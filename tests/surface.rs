@@ -146,17 +146,6 @@ fn a_model_is_mapped() {
 }
 
 #[test]
-fn paths_may_be_bands() {
-    let desk = Desk::new();
-    let text = desk.succeed(&["muller-brown", "--paths", "band", "-o", "bands"]);
-    assert!(text.contains("--paths band"), "{text}");
-    let manifest = LandscapeFiles::read(&desk.path("bands")).unwrap().manifest;
-    assert_eq!(manifest.settings["paths"], "band");
-    let said = desk.run(&["muller-brown", "--paths", "rope"]).stderr;
-    assert!(String::from_utf8(said).unwrap().contains("string, band"));
-}
-
-#[test]
 fn a_single_minimum_makes_a_landscape_too() {
     let desk = Desk::new();
     let text = desk.succeed(&["lj", "4", "-q", "-o", "four"]);

@@ -3,21 +3,19 @@
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 
 use super::args::{Common, GroupBarrier};
 use super::output::check_file;
-use super::progress::spelled;
 use super::run::Watch;
 use super::thermodynamics::check_temperature;
 use crate::cli::printing::{complain, print, print_json};
-use crate::printable::{counted, numbered};
+use crate::printable::numbered;
 use crate::store::FileSet;
 use crate::study::{Kinetics, KineticsSettings, NetworkOfStates};
-use crate::thermal::{Core, Dynamics, Watching};
+use crate::thermal::Dynamics;
 
 /// Rates between minima.
 #[derive(Debug, Args)]
@@ -121,15 +119,7 @@ pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
         pathways: command.pathways,
     };
     let watch = Watch::new(common.quiet);
-    let watching = Watching {
-        progress: &|news| watch.see(news),
-        core: &|core| {
-            if !common.quiet && core.seconds > SHORT {
-                complain(&cost(&core, settings.temperatures.len()));
-            }
-        },
-    };
-    let found = Kinetics::new(&states, (&from, &to), &settings, &watching)?;
+    let found = Kinetics::new(&states, (&from, &to), &settings, &|news| watch.see(news))?;
     watch.lap("eliminate", 0);
     let (text, value) = (found.markdown(), found.to_json());
     if let Some([svg, png, json, report]) = &files {
@@ -151,26 +141,6 @@ pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
         complain(&format!("wrote {}", report.display()));
     }
     Ok(())
-}
-
-/// Shorter waits are not announced, in seconds.
-const SHORT: f64 = 20.0;
-
-/// What a long elimination costs, told before it begins.
-fn cost(core: &Core, temperatures: usize) -> String {
-    format!(
-        "{} minima are left that have many neighbours: {} {} and {:.1} GB for each of {}{}",
-        core.states,
-        if core.at_least { "at least" } else { "about" },
-        spelled(Duration::from_secs_f64(core.seconds)),
-        core.bytes / 1e9,
-        counted(temperatures, "temperature"),
-        if core.at_least {
-            ", and much more if they get more neighbours; a network of fewer minima takes less"
-        } else {
-            ""
-        }
-    )
 }
 
 /// The places of the minima that the names choose, ascending, each once. Of groups and files, those that were left out do not

@@ -221,33 +221,4 @@ mod tests {
             }
         }
     }
-
-    #[test]
-    fn rendered_grasps_fill_a_sheet() {
-        let images: Vec<Image> = (0..6)
-            .map(|index| {
-                let scene = grasp(f64::from(index));
-                scene.render(&scene.best_camera(Vector3::z()), 300, 300)
-            })
-            .collect();
-        for image in &images {
-            let inked = image.rgb.chunks(3).filter(|pixel| pixel[0] < 250).count();
-            assert!(inked > 300 * 300 / 10 && inked < 300 * 300, "{inked}");
-            // A skin-coloured hand, a blue bottle and a red contact can all be told apart.
-            for wanted in [
-                |p: &[u8]| p[0] > p[2].saturating_add(30) && p[1] > 90,
-                |p: &[u8]| p[2] > p[0].saturating_add(25),
-                |p: &[u8]| p[0] > p[1].saturating_add(65),
-            ] {
-                assert!(image.rgb.chunks(3).filter(|pixel| wanted(pixel)).count() > 20);
-            }
-        }
-        let captions: Vec<String> = (0..6)
-            .map(|index| format!("leaf {index}: medium wrap, {} grasps", 3 * index))
-            .collect();
-        let vanishing = tempfile::tempdir().unwrap();
-        let folder = std::env::var_os("LANDSCAPE_GALLERY")
-            .map_or(vanishing.path().to_owned(), std::path::PathBuf::from);
-        contact_sheet(&images, &captions, 3, &folder.join("contact_sheet.png")).unwrap();
-    }
 }

@@ -11,7 +11,8 @@ use super::network_of_states::NetworkOfStates;
 use crate::figure::MAKER;
 use crate::figure::chart::{Axis, Chart, Corner, Panel, Series};
 use crate::printable::printable;
-use crate::thermal::{Dynamics, Pathway, RateNetwork, SetRates, Unreachable, Watching};
+use crate::thermal::{Dynamics, Pathway, RateNetwork, SetRates, Unreachable};
+use crate::topography::Observer;
 
 /// Settings of [`Kinetics::new`].
 #[derive(Debug, Clone, PartialEq)]
@@ -55,7 +56,7 @@ pub struct Kinetics<'a> {
 }
 
 impl<'a> Kinetics<'a> {
-    /// Computes rates, committors and pathways. `watching` hears of the elimination at each temperature.
+    /// Computes rates, committors and pathways. `observer` hears of the elimination at each temperature.
     ///
     /// # Errors
     /// If curvatures are not known, if no sequence of transition states and bounds joins the two sets, or if a temperature is too
@@ -68,7 +69,7 @@ impl<'a> Kinetics<'a> {
         states: &'a NetworkOfStates,
         (sources, targets): (&'a [usize], &'a [usize]),
         settings: &'a KineticsSettings,
-        watching: &Watching<'_>,
+        observer: &Observer<'_>,
     ) -> Result<Self, StudyError> {
         states.check(&settings.temperatures)?;
         let by_bound = LazyCell::new(|| {
@@ -87,7 +88,7 @@ impl<'a> Kinetics<'a> {
             let network = RateNetwork::new(&states.database, *temperature, settings.dynamics)?;
             let shares = wells.occupation(*temperature);
             let share = |set: &[usize]| set.iter().map(|state| shares[*state]).sum();
-            let between = network.between_watched(sources, targets, watching);
+            let between = network.between_watched(sources, targets, observer);
             let known = |rates: Result<SetRates, Unreachable>| match rates {
                 Ok(rates) => Ok(Some(rates)),
                 Err(_) if by_bound.is_some() => Ok(None),

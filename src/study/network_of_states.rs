@@ -354,12 +354,7 @@ impl NetworkOfStates {
     pub(super) fn bounded_at(&self, sources: &[usize], targets: &[usize]) -> Option<f64> {
         let mut network = self.network.clone();
         for ([a, b], height) in &self.bounds {
-            let edge = Edge {
-                height: *height,
-                evidence: Evidence::Chain,
-                term: None,
-                length: 0.0,
-            };
+            let edge = Edge::bare(*height, Evidence::Chain);
             network.add_edge(NodeIndex::new(*a), NodeIndex::new(*b), edge);
         }
         let tree = Tree::from_network(&network, Evidence::Chain);

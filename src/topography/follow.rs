@@ -289,22 +289,6 @@ mod tests {
     }
 
     #[test]
-    fn finds_published_saddles() {
-        let energy = MullerBrown::new();
-        let surface = Scaled::new(&energy);
-        for (start, tangent, height) in [
-            ([-0.75, 0.65], [-0.7, 0.7], -40.664843508657),
-            ([0.2, 0.35], [0.8, -0.6], -72.248940112325),
-        ] {
-            let saddle = surface
-                .follow(&start, Some(&tangent), &following(1e-8))
-                .ok()
-                .unwrap();
-            assert!((saddle.energy - height).abs() < 1e-8, "{}", saddle.energy);
-        }
-    }
-
-    #[test]
     fn a_hilltop_is_not_a_saddle() {
         let energy = ThreeHole::new();
         let surface = Scaled::new(&energy);

@@ -356,23 +356,6 @@ mod tests {
         assert_eq!(again.some, [None, Some(0.1 + 0.2)]);
     }
 
-    #[test]
-    fn a_damaged_record_is_made_again() {
-        let journal = MemoryJournal::default();
-        journal.put("a", b"{\"one\": 1").unwrap();
-        let run = Run {
-            journal: &journal,
-            ..Run::default()
-        };
-        let work = || Record {
-            one: 2.0,
-            some: Vec::new(),
-        };
-        let made = run.remember("a", work).unwrap();
-        assert!((made.one - 2.0).abs() < 1e-15);
-        assert!(journal.get("a").unwrap().len() > 10);
-    }
-
     /// A disk that is full after `room` records.
     struct Full {
         room: usize,
@@ -392,26 +375,5 @@ mod tests {
             }
             self.kept.put(key, record)
         }
-    }
-
-    #[test]
-    fn a_full_disk_ends_the_run() {
-        let energy = crate::energy::model::MullerBrown::new();
-        let (starts, settings) = (
-            vec![vec![0.6, 0.0]; 9],
-            crate::optimize::QuenchSettings::default(),
-        );
-        let journal = Full {
-            room: 3,
-            kept: MemoryJournal::default(),
-        };
-        let run = Run {
-            journal: &journal,
-            ..Run::default()
-        };
-        let error = crate::topography::quench_all(&energy, &starts, &settings, &run).unwrap_err();
-        assert_eq!(error.to_string(), "full");
-        // Several threads may write at once.
-        assert!(journal.kept.len() >= 3);
     }
 }

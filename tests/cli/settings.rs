@@ -50,7 +50,7 @@ fn settings_of_a_file_are_used() {
     let desk = Desk::with_grasps();
     fs::write(
         desk.path("mine.toml"),
-        "temperature = 0.03\nforce = 90.0\n[map]\nneighbours = 2\nseed = 7\n[map.path]\nmethod = \"band\"\nsegments = 9\n",
+        "temperature = 0.03\nforce = 90.0\n[map]\nneighbours = 2\nseed = 7\n[map.path]\nsegments = 9\n",
     )
     .unwrap();
     desk.succeed(&format!(
@@ -59,7 +59,6 @@ fn settings_of_a_file_are_used() {
     let text = recorded(&desk, "a.landscape").to_string();
     for part in [
         "\"neighbours\":1",
-        "\"method\":\"band\"",
         "\"segments\":9",
         "\"seed\":7",
         "0.03",

@@ -7,7 +7,7 @@ use landscape::study::{
     Kinetics, KineticsSettings, NetworkOfStates, StudyRun, Subject, SurfaceReport, SurfaceSearch,
     search_surface,
 };
-use landscape::thermal::{Dynamics, Watching};
+use landscape::thermal::Dynamics;
 use landscape::topography::{Evidence, GroupSettings, SearchSettings, in_box};
 use tempfile::TempDir;
 
@@ -77,7 +77,7 @@ fn minima_that_no_verified_saddle_joins_are_joined_by_a_bound() {
         dynamics: Dynamics::TransitionState,
         pathways: 3,
     };
-    let kinetics = Kinetics::new(&states, (&[1], &[0]), &asked, &Watching::default()).unwrap();
+    let kinetics = Kinetics::new(&states, (&[1], &[0]), &asked, &|_| ()).unwrap();
     let text = kinetics.markdown();
     assert!(
         text.contains("not a transition state") && text.contains("unknown"),

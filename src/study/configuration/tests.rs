@@ -174,7 +174,6 @@ fn others(key: &str, value: &Value) -> Vec<Value> {
         Value::String(_) => {
             let words: &[&str] = match key {
                 "search" => &["adelm"],
-                "method" | "paths" => &["band"],
                 "worst" => &["chain", "saddle"],
                 "combine" => &["average", "minimum"],
                 "protocol" => &[],

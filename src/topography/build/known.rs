@@ -67,22 +67,16 @@ impl LandscapeBuilder<'_> {
                 path = path.reversed();
             }
             path.unfold(self.energy.space());
+            let edge = Edge {
+                term: rising_term(self.energy, top, (&self.minima[a], &self.minima[b])),
+                length: path.length(self.energy.space()),
+                ..Edge::bare(crossing.path.energies[crossing.pass], evidence)
+            };
+            let (from, to) = (MinimumId(a.min(b)), MinimumId(a.max(b)));
             side_connections.push(Connection {
-                from: MinimumId(a.min(b)),
-                to: MinimumId(a.max(b)),
-                edge: Edge {
-                    height: crossing.path.energies[crossing.pass],
-                    evidence,
-                    term: rising_term(self.energy, top, (&self.minima[a], &self.minima[b])),
-                    length: path.length(self.energy.space()),
-                },
-                path,
-                forward: Vec::new(),
-                backward: Vec::new(),
-                start: None,
                 invalid_reason,
                 crossings: vec![crossing.clone()],
-                evaluations: 0,
+                ..Connection::new(from, to, edge, path)
             });
         }
         side_connections

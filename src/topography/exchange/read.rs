@@ -27,6 +27,7 @@ impl Layout {
 /// An error in a `min.data` or `ts.data`. Lines and fields are counted from 1.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages show the fields")]
 pub enum ExchangeError {
     /// A line has a number of columns that no layout has.
     #[error(
@@ -37,9 +38,7 @@ pub enum ExchangeError {
     Fields {
         /// `min.data` or `ts.data`.
         file: &'static str,
-        /// Number of the line.
         line: usize,
-        /// Number of fields on it.
         found: usize,
         /// Number of fields in the layouts of PATHSAMPLE and topsearch.
         expected: [usize; 2],
@@ -55,11 +54,8 @@ pub enum ExchangeError {
     Mixed {
         /// `min.data` or `ts.data`.
         file: &'static str,
-        /// Number of the line.
         line: usize,
-        /// Number of fields on it.
         found: usize,
-        /// Layout of this line.
         layout: Layout,
         /// Layout of the first line of `min.data`.
         first: Layout,
@@ -69,13 +65,9 @@ pub enum ExchangeError {
     Field {
         /// `min.data` or `ts.data`.
         file: &'static str,
-        /// Number of the line.
         line: usize,
-        /// Number of the field.
         field: usize,
-        /// Text of the field.
         text: String,
-        /// Description of a valid value.
         expected: &'static str,
         /// The likely cause and what to do, after a semicolon; empty if it is unknown.
         cause: String,
@@ -85,11 +77,8 @@ pub enum ExchangeError {
     Twice {
         /// `min.data`.
         file: &'static str,
-        /// Number of the line.
         line: usize,
-        /// Number of the field.
         field: usize,
-        /// The number of the minimum.
         number: usize,
         /// Line of the first occurrence.
         first: usize,
@@ -102,11 +91,8 @@ pub enum ExchangeError {
     NoSuchMinimum {
         /// `ts.data`.
         file: &'static str,
-        /// Number of the line.
         line: usize,
-        /// Number of the field.
         field: usize,
-        /// The number of the minimum.
         number: usize,
         /// Number of minima in `min.data`.
         count: usize,
@@ -121,17 +107,12 @@ pub enum ExchangeError {
     BelowMinimum {
         /// `ts.data`.
         file: &'static str,
-        /// Number of the line.
         line: usize,
         /// Number of the field that holds the energy.
         field: usize,
-        /// The energy of the transition state.
         energy: f64,
-        /// The number of the minimum.
         number: usize,
-        /// Its energy.
         minimum: f64,
-        /// Number of its line.
         minimum_line: usize,
     },
     /// The file holds no minima.

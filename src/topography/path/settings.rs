@@ -2,16 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::images::Manner;
-
 /// Settings of path relaxation. [`PathSettings::for_scales`] sets all that have units from one energy and one length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PathSettings {
-    /// How the images of a path are kept apart.
-    pub method: PathMethod,
-    /// Settings of the springs of a band.
-    pub band: BandSettings,
     /// Number of segments before any is split.
     pub segments: usize,
     /// The longer way round between two points is tried too if it is at most this many times as long.
@@ -73,12 +67,6 @@ impl Default for LoweringSettings {
     }
 }
 
-impl Default for BandSettings {
-    fn default() -> Self {
-        Self::for_scales(1.0, 1.0)
-    }
-}
-
 impl Default for PathSettings {
     fn default() -> Self {
         Self::for_scales(1.0, 1.0)
@@ -89,8 +77,6 @@ impl PathSettings {
     /// Settings for a surface whose typical barrier is `energy` high and `length` wide.
     pub fn for_scales(energy: f64, length: f64) -> Self {
         Self {
-            method: PathMethod::default(),
-            band: BandSettings::for_scales(energy, length),
             segments: 12,
             detour: 1.5,
             insertions: 3,
@@ -118,52 +104,8 @@ fn is_zero(roughness: &f64) -> bool {
 }
 
 impl PathSettings {
-    /// How images relax.
-    pub(super) fn manner(&self) -> Manner {
-        Manner {
-            method: self.method,
-            band: self.band,
-            longest: self.max_step,
-        }
-    }
-
     /// Change of height that is ignored for a barrier of this height.
     pub(super) fn slack(&self, barrier: f64) -> f64 {
         self.height_tolerance * barrier + self.energy_tolerance
-    }
-}
-
-/// How the images of a path are kept apart while it relaxes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum PathMethod {
-    /// The string method: images are redistributed at even distances.
-    #[default]
-    String,
-    /// The nudged elastic band: images are held by springs.
-    Band,
-}
-
-/// Settings of an elastic band.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct BandSettings {
-    /// Initial spring stiffness, energy per length squared. It grows while images are spread unevenly and falls otherwise.
-    pub spring: f64,
-    /// Whether the highest image climbs to the top once the band is roughly relaxed.
-    pub climbing: bool,
-    /// Whether the part of the spring force across the path that does not oppose the surface acts too (S. A. Trygubenko and
-    /// D. J. Wales, J. Chem. Phys. 120, 2082 (2004)). It avoids kinks but deviates slightly from the true path.
-    pub doubly_nudged: bool,
-}
-
-impl BandSettings {
-    /// Settings for a surface whose typical barrier is `energy` high and `length` wide.
-    pub fn for_scales(energy: f64, length: f64) -> Self {
-        Self {
-            spring: 10.0 * energy / (length * length),
-            climbing: true,
-            doubly_nudged: false,
-        }
     }
 }

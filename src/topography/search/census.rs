@@ -308,11 +308,7 @@ impl Census {
 
     /// The minima in the form that the path search needs.
     pub(super) fn as_minima(&self) -> Vec<Minimum> {
-        let minimum = |known: &Known| Minimum {
-            coordinates: known.x.clone(),
-            energy: known.energy,
-            members: Vec::new(),
-        };
+        let minimum = |known: &Known| Minimum::bare(known.x.clone(), known.energy);
         self.minima.iter().map(minimum).collect()
     }
 

@@ -8,7 +8,6 @@ use crate::optimize::{Quench, QuenchSettings, StopReason};
 use crate::sample::{Task, stream};
 use crate::topography::audit::AuditSettings;
 use crate::topography::minima::MatchTolerance;
-use crate::topography::path::PathMethod;
 use crate::topography::scales::{PROBES, Scales};
 
 /// Gradient at the end of a descent above which it is unfinished, in tolerances.
@@ -39,8 +38,6 @@ pub struct SearchSettings {
     pub max_searches: usize,
     /// Rounds that join separate components by relaxing paths.
     pub join_rounds: usize,
-    /// How the images of those paths are kept apart.
-    pub paths: PathMethod,
     /// Seed of all random draws.
     pub seed: u64,
 }
@@ -69,7 +66,6 @@ impl SearchSettings {
             patience: 120,
             max_searches: 100_000,
             join_rounds: 2,
-            paths: PathMethod::default(),
             seed: 0,
         }
     }
