@@ -75,9 +75,9 @@ pub fn quench_all(
         &tally,
         &rows,
         |(row, _)| format!("quench/{row}"),
-        |(_, start)| QuenchRecord::from(quench(energy, start, settings)),
+        |(_, start)| QuenchRecord(quench(energy, start, settings)),
     )?;
-    Ok(found.into_iter().map(Quench::from).collect())
+    Ok(found.into_iter().map(|found| found.0).collect())
 }
 
 /// Returns the distinct minima among `found`, lowest first, and the rejected rows, with gradients above `max_gradient`.
@@ -136,7 +136,11 @@ fn order(a: &Quench, b: &Quench) -> std::cmp::Ordering {
 
 /// A [`Quench`] that is stored bit for bit.
 #[derive(Serialize, Deserialize)]
-pub(super) struct QuenchRecord {
+pub(super) struct QuenchRecord(#[serde(with = "Bits")] pub(super) Quench);
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Quench")]
+struct Bits {
     #[serde(with = "bits::list")]
     x: Vec<f64>,
     #[serde(with = "bits::number")]
@@ -147,35 +151,12 @@ pub(super) struct QuenchRecord {
     stop: StopReason,
 }
 
-impl From<Quench> for QuenchRecord {
-    fn from(quench: Quench) -> Self {
-        Self {
-            x: quench.x,
-            energy: quench.energy,
-            gradient_norm: quench.gradient_norm,
-            evaluations: quench.evaluations,
-            stop: quench.stop,
-        }
-    }
-}
-
-impl From<QuenchRecord> for Quench {
-    fn from(record: QuenchRecord) -> Self {
-        Self {
-            x: record.x,
-            energy: record.energy,
-            gradient_norm: record.gradient_norm,
-            evaluations: record.evaluations,
-            stop: record.stop,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::energy::model::MullerBrown;
-    use crate::topography::MemoryJournal;
+    use crate::sample::{Task, stream};
+    use rand::RngExt;
 
     fn starts(count: u64) -> Vec<Vec<f64>> {
         (0..count)

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::{LandscapeBuilder, claim};
-use crate::optimize::{Quench, StopReason};
+use crate::optimize::Quench;
 use crate::topography::barrier::{Connection, Start, rising_term};
 use crate::topography::network::{Edge, Evidence, MinimumId};
 use crate::topography::support::Attempt;
@@ -87,13 +87,8 @@ impl LandscapeBuilder<'_> {
             for end in [0, path.images.len() - 1] {
                 let (x, energy) = (&path.images[end], path.energies[end]);
                 if self.find(x, energy).is_none() {
-                    self.unlisted_minima.push(Quench {
-                        x: x.clone(),
-                        energy,
-                        gradient_norm: 0.0,
-                        evaluations: 0,
-                        stop: StopReason::Converged,
-                    });
+                    self.unlisted_minima
+                        .push(Quench::at_rest(x.clone(), energy));
                 }
             }
         }
