@@ -224,7 +224,7 @@ fn sum(wrenches: &[Wrench]) -> Wrench {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hand::{HandFiles, LinkId};
+    use crate::hand::LinkId;
     use crate::space::{PoseSpace, Space, Symmetry};
 
     /// A quadratic energy of all points, capsule ends and angles against central differences along the tangents of the

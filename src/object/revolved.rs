@@ -418,8 +418,6 @@ impl Level {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Rotation3;
-
     use super::super::Object;
     use super::*;
     use crate::space::Symmetry;

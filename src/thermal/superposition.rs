@@ -210,7 +210,7 @@ fn checked(temperature: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::topography::exchange::{MinimumEntry, TransitionStateEntry};
+    use crate::topography::exchange::MinimumEntry;
 
     fn database(minima: &[(f64, f64, u32)]) -> Database {
         Database {

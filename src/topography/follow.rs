@@ -270,7 +270,7 @@ impl Step {
 mod tests {
     use super::*;
     use crate::energy::Energy;
-    use crate::energy::model::{DoubleWell, MullerBrown, ThreeHole};
+    use crate::energy::model::{DoubleWell, ThreeHole};
     use crate::space::{Euclidean, Space};
 
     fn following(tolerance: f64) -> Following<'static> {

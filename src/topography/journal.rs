@@ -355,25 +355,4 @@ mod tests {
         assert!(again.one.is_infinite());
         assert_eq!(again.some, [None, Some(0.1 + 0.2)]);
     }
-
-    /// A disk that is full after `room` records.
-    struct Full {
-        room: usize,
-        kept: MemoryJournal,
-    }
-
-    impl Journal for Full {
-        fn get(&self, key: &str) -> Option<Vec<u8>> {
-            self.kept.get(key)
-        }
-
-        fn put(&self, key: &str, record: &[u8]) -> Result<(), JournalError> {
-            if self.kept.len() >= self.room {
-                return Err(JournalError::from(Box::<dyn Error + Send + Sync>::from(
-                    "full",
-                )));
-            }
-            self.kept.put(key, record)
-        }
-    }
 }

@@ -294,9 +294,8 @@ mod tests {
     use crate::energy::Counted;
     use crate::energy::model::MullerBrown;
 
-    /// Müller and Brown's highest pass lies between these two minima.
+    /// Two minima of the surface.
     const ENDS: [[f64; 2]; 2] = [[-0.558224, 1.441726], [-0.050011, 0.466694]];
-    const PASS: f64 = -40.664843508657;
 
     fn images(energy: &dyn Energy) -> Images<'_> {
         Images::new(energy, &ENDS.map(|end| end.to_vec()), 12, 0.05)
