@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes a page of help for each command, and a page of all settings for each command that reads a file of them:
+"""Writes a page of help for each command, and a page of settings for each command that reads a file of them:
 
     docs/help_pages.py PROGRAM FOLDER
 

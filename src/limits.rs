@@ -120,10 +120,6 @@ limits! {
     PATCH_SPACING: 1e-3, 1.0, "m",
         "patches lie millimetres to centimetres apart";
 
-    /// The rounding of nearest points, a share of squared lengths.
-    NEAREST_POINTS_ROUNDING: 0.0, 1.0, "",
-        "it is a share, and with a large one parts of a hand would pass through each other";
-
     /// Probabilities, rates and shares of a synthesis that serve as divisors.
     SHARE: 1e-6, 1.0, "",
         "a share is above 0 and at most 1";
@@ -222,10 +218,6 @@ limits! {
     NEIGHBOURS_SETTING: 1.0, 10_000.0, "",
         "more would fill the memory";
 
-    /// Numbers of doublings and halvings of a grid.
-    GRID_SETTING: 0.0, 20.0, "",
-        "each doubles the work";
-
     /// Seeds in files of settings, which hold no larger whole numbers.
     SEED_SETTING: 0.0, 9.3e18, "",
         "a seed is a whole number";
@@ -323,7 +315,6 @@ mod tests {
             MANO_NUMBER,
             NETWORK_WEIGHT,
             ENERGY_SETTING,
-            NEAREST_POINTS_ROUNDING,
             SHARE,
             STEPS,
             CHAINS,
@@ -350,7 +341,6 @@ mod tests {
             COUNT_SETTING_OR_ZERO,
             EFFORT_SETTING,
             NEIGHBOURS_SETTING,
-            GRID_SETTING,
             SEED_SETTING,
         ] {
             assert!(limit.holds(limit.least) && limit.holds(limit.most));

@@ -48,18 +48,9 @@ fn none() -> EnergySettings {
 fn hand_cases() -> Vec<(&'static str, EnergySettings)> {
     vec![
         (
-            "self-penetration, exact",
+            "self-penetration",
             EnergySettings {
                 self_penetration_weight: 1.0,
-                nearest_points_rounding: 0.0,
-                ..none()
-            },
-        ),
-        (
-            "self-penetration, rounded",
-            EnergySettings {
-                self_penetration_weight: 1.0,
-                nearest_points_rounding: 0.01,
                 ..none()
             },
         ),

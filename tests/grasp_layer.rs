@@ -5,6 +5,7 @@ use std::sync::Arc;
 use landscape::energy::Energy;
 use landscape::grasp::closure::{PointContact, net_wrench};
 use landscape::grasp::layer::LayerSettings;
+use landscape::grasp::term::JointLimits;
 use landscape::grasp::{EnergySettings, GraspEnergy};
 use landscape::hand::{Joint, PosedHand};
 use landscape::object::Object;
@@ -152,7 +153,13 @@ fn contacts_touch_and_are_the_best() {
 fn absurd_layers_are_refused() {
     let usual = LayerSettings::default();
     let layers = [
-        ("layer.load", LayerSettings { load: 0.0, ..usual }),
+        (
+            "layer.torque_share",
+            LayerSettings {
+                torque_share: 0.0,
+                ..usual
+            },
+        ),
         (
             "layer.skin_m[0] - skin_m[1]",
             LayerSettings {
@@ -254,7 +261,7 @@ fn derivatives_at_minima_converge() {
             &QuenchSettings::default(),
         )
         .x;
-        let rounding_rad = energy.settings().joint_limits_rounding_rad;
+        let rounding_rad = JointLimits::ROUNDING_RAD;
         let begins = |joint: &Joint, angle: f64| {
             let [low, high] = [
                 joint.limits_rad[0] + rounding_rad,

@@ -9,7 +9,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use landscape::evaluation::stability::{Build, Drop, Piece, Protocol, Solid, simulate};
+use landscape::evaluation::stability::{Build, Drop, Piece, Protocol, Solid, Solver, simulate};
 use landscape::hand::PosedHand;
 use landscape::store::{GraspFile, Overrides};
 use rayon::prelude::*;
@@ -68,7 +68,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             "grasps": grasps,
         }));
     }
-    let all = json!({ "protocol": protocol, "populations": populations });
+    let contact =
+        json!({ "frequency_hz": Solver::CONTACT_FREQUENCY_HZ, "damping": Solver::CONTACT_DAMPING });
+    let all = json!({ "protocol": protocol, "contact": contact, "populations": populations });
     fs::write(folder.join("grasps.json"), serde_json::to_string(&all)?)?;
     Ok(())
 }

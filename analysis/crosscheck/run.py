@@ -54,7 +54,7 @@ def fall_in_mujoco(folder, population, grasp, protocol, step_s=1 / 240, springs=
     """Vertical way of the centre of mass, metres."""
     # In MuJoCo, contacts with friction slip a little under any load, so objects creep out of the hand within the 17 s. A
     # large impratio reduces this.
-    friction = protocol["friction"]["hand"] * protocol["friction"]["object"]
+    friction = protocol["friction"]
     moments, axes = principal(population["inertia_kg_m2"])
     meshes = "".join(
         f'<mesh name="p{n}" file="{folder / piece}" inertia="shell"/>' for n, piece in enumerate(population["pieces"])
@@ -103,6 +103,8 @@ def place_in_pybullet(folder, population, grasp, protocol, margin_m=0.0):
     """Places hand and object without gravity and returns the body of the object."""
     pybullet.resetSimulation()
     pybullet.setGravity(*NO_GRAVITY)
+    # Bullet multiplies the frictions of two bodies.
+    friction = math.sqrt(protocol["friction"])
     for c in grasp["capsules"]:
         a, b = numpy.array(c["a"]), numpy.array(c["b"])
         length = float(numpy.linalg.norm(b - a))
@@ -113,7 +115,7 @@ def place_in_pybullet(folder, population, grasp, protocol, margin_m=0.0):
         if numpy.linalg.norm(turn) < 1e-9:
             turn = numpy.array([1.0, 0.0, 0.0, 0.0])
         body = pybullet.createMultiBody(0, shape, basePosition=(a + b) / 2, baseOrientation=turn / numpy.linalg.norm(turn))
-        pybullet.changeDynamics(body, -1, lateralFriction=protocol["friction"]["hand"])
+        pybullet.changeDynamics(body, -1, lateralFriction=friction)
     moments, axes = principal(population["inertia_kg_m2"])
     w, x, y, z = quaternion(axes)
     # PyBullet makes one hull for each piece of the file. It would use only the first 16 of a list of shapes, without a warning.
@@ -128,7 +130,7 @@ def place_in_pybullet(folder, population, grasp, protocol, margin_m=0.0):
     pybullet.changeDynamics(
         body,
         -1,
-        lateralFriction=protocol["friction"]["object"],
+        lateralFriction=friction,
         localInertiaDiagonal=moments.tolist(),
         linearDamping=0.0,
         angularDamping=0.0,
@@ -190,8 +192,8 @@ def our_springs(pushes, population, protocol):
     inverse = numpy.linalg.inv(numpy.array(population["inertia_kg_m2"]).reshape(3, 3))
     masses = [1.0 / (1.0 / population["mass_kg"] + torque @ inverse @ torque) for _, torque in pushes]
     mass_kg = numpy.mean(masses) if masses else population["mass_kg"]
-    solver = protocol["solver"]
-    return mass_kg, 2.0 * numpy.pi * solver["contact_frequency_hz"], solver["contact_damping"]
+    contact = protocol["contact"]
+    return mass_kg, 2.0 * numpy.pi * contact["frequency_hz"], contact["damping"]
 
 
 def give_springs_in_pybullet(body, population, protocol):
@@ -253,7 +255,7 @@ def main():
     parser.add_argument("--first", type=int, help="greatest number of grasps of each object")
     arguments = parser.parse_args()
     told = json.loads((arguments.folder / "grasps.json").read_text())
-    protocol = told["protocol"]
+    protocol = told["protocol"] | {"contact": told["contact"]}
     if pybullet:
         pybullet.connect(pybullet.DIRECT)
     elif any(name.startswith("pybullet") for name in arguments.engines):

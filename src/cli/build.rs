@@ -33,13 +33,13 @@ pub(super) struct Build {
     #[arg(long, short, value_name = "FOLDER")]
     output: Option<PathBuf>,
     /// Number of nearest minima to which each minimum is connected, in addition to a minimum spanning tree of distances; 10
-    /// by default, and 6 for the energies of contact points. More connections lower some barriers.
+    /// by default. More connections lower some barriers.
     #[arg(long, value_name = "K")]
     neighbours: Option<usize>,
-    /// Temperature T of attraction–diffusion; by default the best of a few that are tried on a dozen pairs.
+    /// Temperature T of attraction–diffusion; by default the usual one of the energy.
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub(super) temperature: Option<f64>,
-    /// Force F = αT of attraction–diffusion, energy per metre; chosen in the same way.
+    /// Force F = αT of attraction–diffusion, energy per metre; by default the best of a few that are tried on some pairs.
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub(super) pull: Option<f64>,
     /// File (TOML) with any of the settings that `landscape config build` prints. Flags override it.
@@ -470,7 +470,6 @@ impl Mapping<'_> {
         Ok(content_hash(&[
             self.source.content_hash.as_bytes(),
             serde_json::to_string(&settings.map_settings())?.as_bytes(),
-            serde_json::to_string(&settings.choice)?.as_bytes(),
             // Hand and object as changed by the flags --hand and --object.
             serde_json::to_string(population.object)?.as_bytes(),
             serde_json::to_string(population.hand)?.as_bytes(),

@@ -24,7 +24,7 @@ pub(super) struct Config {
 enum Configurable {
     /// For `synth --config`: energy and sampler.
     Synth,
-    /// For `build --config`: chains, paths, descents and groups.
+    /// For `build --config`: map, chains, paths and groups.
     Build,
     /// For `surface --config`: search, lowest part and groups.
     Surface,
@@ -34,7 +34,7 @@ enum Configurable {
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
-  landscape config build > mine.toml                       all settings of `build`, each with a comment
+  landscape config build > mine.toml                       the settings of `build`, each with a comment
   landscape build grasps.parquet --config mine.toml        the same map, until mine.toml is edited
   landscape config synth > mine.toml                       those of energy and sampler
   landscape config stability --protocol six-directions     those of another protocol

@@ -111,7 +111,7 @@ enum Command {
     /// Compute rates, first-passage times and the fastest pathways between two sets of minima
     #[command(after_help = rates::EXAMPLES)]
     Rates(rates::Rates),
-    /// Print all settings of a command, with comments, as a file for its flag `--config`
+    /// Print the settings of a command, with comments, as a file for its flag `--config`
     #[command(after_help = config::EXAMPLES)]
     Config(config::Config),
     /// Read grasps of other programs, or min.data and ts.data of PATHSAMPLE or topsearch

@@ -14,7 +14,9 @@ use super::run::{Watch, open_journal, stoppable};
 use crate::cli::printing::{complain, explain, print, print_json};
 use crate::evaluation::stability::{Drop, Fit, Protocol, SixDirections};
 use crate::printable::counted;
-use crate::study::{ObjectFit, Run, Simulation, simulate_all, simulation_fingerprint, tally};
+use crate::study::{
+    ConfigurationFile, ObjectFit, Run, Simulation, simulate_all, simulation_fingerprint, tally,
+};
 
 /// Simulate grasps.
 #[derive(Debug, Args)]
@@ -28,7 +30,7 @@ pub(super) struct Stability {
     /// Your own protocol (TOML): `protocol = "drop"` or `"six-directions"` and any of its numbers.
     #[arg(long = "config", value_name = "FILE")]
     settings: Option<PathBuf>,
-    /// Write the protocol with all its numbers to standard output, and do nothing else.
+    /// Write the protocol as a file for --config to standard output, and do nothing else.
     #[arg(long)]
     print_protocol: bool,
     /// The file to write; by default the name of the grasps with the ending `.stability.parquet`.
@@ -72,9 +74,9 @@ Examples:
 Protocols (rigid bodies, Coulomb friction, the Rapier engine in its deterministic mode):
   drop                  The test of Liu et al. (2021). The hand is rigid and does not move; gravity of 10 m/s² pulls the
                         object down its z axis for 1000 steps of 1/60 s. A grasp is stable if the object falls less than
-                        0.3 m. The friction in contact is 0.25: 0.5 for each body, multiplied. The object first settles
-                        for a second without gravity, in which only parts that overlap press. The test ends early with a
-                        stable grasp if the object rests (it moves less than 10 µm in a quarter of a second).
+                        0.3 m. The friction in contact is 0.25. The object first settles for a second without gravity,
+                        in which only parts that overlap press. The test ends early with a stable grasp if the object
+                        rests (it moves less than 10 µm in a quarter of a second).
   six-directions        The test in use today (DexGraspBench). Gravity is off; the object weighs 0.1 kg and is pushed
                         with 1 N along ±x, ±y and ±z, 2 s each. A grasp is stable if the object moves less than 5 cm and
                         turns less than 15° in all six. The friction is 0.6. Springs pull the joints toward the object.
@@ -89,10 +91,11 @@ given again.";
 pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     let protocol = protocol(command)?;
     if command.print_protocol {
+        let file = ConfigurationFile::Stability(protocol);
         if common.json {
-            return print_json(&protocol);
+            return print_json(&file.values());
         }
-        print(&toml::to_string(&protocol)?);
+        print(&file.text());
         return Ok(());
     }
     let output = command
@@ -142,7 +145,7 @@ fn protocol(command: &Stability) -> anyhow::Result<Protocol> {
     };
     let text = std::fs::read_to_string(path)
         .with_context(|| format!("--config: cannot read {}", path.display()))?;
-    let protocol: Protocol = crate::formats::toml_text::parse(&text)
+    let protocol: Protocol = crate::study::protocol_of_text(&text)
         .with_context(|| format!("{} is not a protocol", path.display()))?;
     protocol
         .validate()

@@ -224,7 +224,7 @@ impl<'a> Scale<'a> {
             }
         }
         let mut self_penetration_m = 0.0f64;
-        for_each_overlap(&scene, |_, _, _, _, depth| {
+        for_each_overlap(&scene, |depth| {
             self_penetration_m = self_penetration_m.max(depth);
         });
         let joint_excess_rad =

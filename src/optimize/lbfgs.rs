@@ -15,6 +15,8 @@ const ROUNDING: f64 = 1e-14;
 const TRIALS: usize = 25;
 /// Number of iterations without a lower energy or a smaller gradient after which the search has stalled.
 const IDLE: usize = 20;
+/// Number of steps remembered.
+const HISTORY: usize = 10;
 
 /// A function value with its derivative along each tangent.
 pub(super) type Function<'f> = dyn FnMut(&[f64], &mut [f64]) -> f64 + 'f;
@@ -55,7 +57,7 @@ pub(super) fn minimise(
     };
     here.energy = function(&here.x, &mut here.gradient);
     let mut evaluations = 1;
-    let mut history: VecDeque<Pair> = VecDeque::with_capacity(settings.history);
+    let mut history: VecDeque<Pair> = VecDeque::with_capacity(HISTORY);
     let mut stiffness_inverse = None;
     let mut idle = 0;
     let mut smallest = f64::INFINITY;
@@ -108,7 +110,7 @@ pub(super) fn minimise(
         let curvature = dot(&direction, &change);
         if curvature > 1e-12 * norm(&direction) * norm(&change) {
             stiffness_inverse = Some(curvature / dot(&change, &change));
-            if history.len() == settings.history {
+            if history.len() == HISTORY {
                 history.pop_front();
             }
             history.push_back(Pair {

@@ -23,7 +23,7 @@ pub enum StopReason {
 /// Settings of [`quench`]. Tolerance and step have units. The defaults suit a surface whose energies and lengths are of
 /// order 1; for other surfaces they are measured (`topography::Scales`) or chosen.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct QuenchSettings {
     /// Largest gradient norm at convergence, energy per length.
     pub gradient_tolerance: f64,
@@ -31,8 +31,6 @@ pub struct QuenchSettings {
     pub max_evaluations: usize,
     /// Longest step, a length of the space (after division by its step scales).
     pub max_step: f64,
-    /// Number of steps remembered by L-BFGS.
-    pub history: usize,
 }
 
 impl Default for QuenchSettings {
@@ -41,7 +39,6 @@ impl Default for QuenchSettings {
             gradient_tolerance: 1e-7,
             max_evaluations: 2000,
             max_step: 0.1,
-            history: 10,
         }
     }
 }

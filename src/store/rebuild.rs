@@ -232,7 +232,7 @@ impl Metadata {
     /// The settings of the energy; the defaults if the file has none.
     ///
     /// # Errors
-    /// If the file has settings that this program does not know.
+    /// If a setting of the file is not of its type.
     pub fn energy_settings(&self) -> Result<EnergySettings, RebuildError> {
         match &self.energy {
             Value::Null => Ok(EnergySettings::default()),

@@ -66,7 +66,10 @@ impl ChainChoice {
     }
 }
 
-/// Tries a few chains at temperatures and forces typical of hands, or at the given ones.
+/// Pairs between which the few chains run. The choice must cost little beside the map.
+const PAIRS: usize = 6;
+
+/// Tries a few chains at the temperature and the forces typical of hands, or at the given ones.
 fn try_few(
     settings: &GraspMapSettings,
     (energy, kernel): (&GraspEnergy, &GraspKernel<'_>),
@@ -76,16 +79,12 @@ fn try_few(
 ) -> Result<Tuning, JournalError> {
     let slope = contact_slope(energy.settings());
     let one = |given: f64| vec![given];
-    // Few chains run, and their temperature is known.
-    let choice = &settings.choice;
-    let temperatures = settings.temperature.map(one);
-    let temperatures = temperatures.or_else(|| ascending(choice.temperatures.as_deref()));
-    let forces = settings.force.map(one);
-    let forces = forces.or_else(|| ascending(choice.forces.as_deref()));
     let settings = TuningSettings {
-        temperatures: temperatures.unwrap_or_else(|| one(map.chain.temperature)),
-        forces: forces.unwrap_or_else(|| log_grid(slope, 32.0 * slope, 6)),
-        pairs: choice.pairs.unwrap_or(6),
+        temperatures: one(settings.temperature.unwrap_or(map.chain.temperature)),
+        forces: settings
+            .force
+            .map_or_else(|| log_grid(slope, 32.0 * slope, 6), one),
+        pairs: PAIRS,
         neighbours: map.neighbours,
         chain: map.chain.clone(),
         quench: map.quench.clone(),
@@ -93,12 +92,4 @@ fn try_few(
         seed: map.seed,
     };
     tune(energy, kernel, minima, &settings, run)
-}
-
-/// The given values in ascending order, if there are any.
-fn ascending(given: Option<&[f64]>) -> Option<Vec<f64>> {
-    let mut values = given.filter(|values| !values.is_empty())?.to_vec();
-    values.sort_by(f64::total_cmp);
-    values.dedup();
-    Some(values)
 }

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::formats::toml_text;
+use super::configuration;
 use crate::grasp::EnergySettings;
 use crate::grasp::energy::EnergySettingsError;
 use crate::grasp::synthesis::{SynthesisSettings, SynthesisSettingsError};
 
-/// The settings of an experiment. In an experiment file every section and key may be left out.
+/// The settings of an experiment. An experiment file sets keys that `landscape config synth` prints and may leave out any.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct Experiment {
     /// Section `[energy]`.
     pub energy: EnergySettings,
@@ -68,10 +68,11 @@ impl Experiment {
             let path = owned();
             ExperimentError::Read { path, source }
         })?;
-        let experiment: Self = toml_text::parse(&text).map_err(|source| {
-            let path = owned();
-            ExperimentError::Toml { path, source }
-        })?;
+        let experiment: Self =
+            configuration::parse(configuration::SYNTH, &text).map_err(|source| {
+                let path = owned();
+                ExperimentError::Toml { path, source }
+            })?;
         experiment.energy.validate().map_err(|source| {
             let path = owned();
             ExperimentError::Energy { path, source }

@@ -138,7 +138,9 @@ use serde_json::Value;
 
 pub use build::{GraspLandscape, Growth, grow_population, map_population};
 pub use chain_choice::ChainChoice;
-pub use configuration::{ConfigurationError, ConfigurationFile, SurfaceConfiguration};
+pub use configuration::{
+    ConfigurationError, ConfigurationFile, SurfaceConfiguration, protocol_of_text,
+};
 pub use connected::ConnectedPair;
 pub use contacts::{BalancingForces, ContactsError, ContactsReport, GivenContact, GivenContacts};
 pub(crate) use digits::Digits;
@@ -176,7 +178,7 @@ pub use network_of_states::{NetworkOfStates, NumberedMinima};
 pub use page::{PageGrasps, PageLandscape, comparison_notes, grasp_page, landscape_page};
 pub use report::{GraspReport, MapSummary};
 pub use searched::{Searched, SurfaceSearch};
-pub use settings::{ChoiceSettings, GraspMapSettings, MapSearch, StudyRun, settings_for_grasps};
+pub use settings::{GraspMapSettings, MapSearch, StudyRun, settings_for_grasps};
 pub use simulation::{
     ObjectFit, Simulation, simulate_all, simulate_sample, simulation_fingerprint,
 };

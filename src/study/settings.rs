@@ -41,7 +41,6 @@ pub(super) fn map_of(energy: &EnergySettings) -> MapSettings {
     let mut settings = MapSettings::for_scales(0.3, 0.04);
     settings.neighbours = 10;
     settings.batch = 16;
-    settings.retry_rounds = 2;
     settings.ceiling = Some(cost);
     settings.quench = settings
         .quench
@@ -73,11 +72,7 @@ pub(super) fn map_of(energy: &EnergySettings) -> MapSettings {
         force_tolerance: LAYER_FORCE * cost,
         saturation: 0.04,
         // A stiff layer bends its valleys, so tops are lowered one by one as well.
-        lowering: Some(LoweringSettings {
-            spacing: 0.002,
-            moves: 100,
-            halvings: 2,
-        }),
+        lowering: Some(LoweringSettings::default()),
         energy_tolerance: ROUGHNESS * cost,
         roughness: ROUGHNESS * cost,
         ..settings.path
@@ -86,32 +81,15 @@ pub(super) fn map_of(energy: &EnergySettings) -> MapSettings {
     settings
 }
 
-/// What is tried to choose temperature and force of the chains of a map, if they are not given.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ChoiceSettings {
-    /// Temperatures T. `None` or empty: the usual one only.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub temperatures: Option<Vec<f64>>,
-    /// Forces F = αT, energy per metre. `None` or empty: multiples of the slope of one contact.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub forces: Option<Vec<f64>>,
-    /// Greatest number of pairs between which the few chains run. `None`: 6.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pairs: Option<usize>,
-}
-
 /// Settings of [`map_population`](super::map_population).
 #[derive(Debug, Clone)]
 pub struct GraspMapSettings {
     /// Neighbours, descents, paths, groups and seed. Its temperature and force are used only if no better ones are found.
     pub map: MapSettings,
-    /// Temperature T of attraction–diffusion. `None` chooses the best of a few that are tried on a dozen pairs.
+    /// Temperature T of attraction–diffusion. `None`: the usual one of the energy.
     pub temperature: Option<f64>,
-    /// Force F = αT of attraction–diffusion, energy per metre. `None` chooses it in the same way.
+    /// Force F = αT of attraction–diffusion, energy per metre. `None` chooses the best of a few that are tried on some pairs.
     pub force: Option<f64>,
-    /// What is tried for the choice.
-    pub choice: ChoiceSettings,
     /// How the minima are joined.
     pub search: MapSearch,
 }
@@ -136,7 +114,6 @@ impl GraspMapSettings {
             map: settings_for_grasps(energy),
             temperature: None,
             force: None,
-            choice: ChoiceSettings::default(),
             search: MapSearch::default(),
         }
     }

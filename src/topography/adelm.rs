@@ -19,7 +19,7 @@ const ACCEPTANCE: f64 = 0.574;
 
 /// Settings of [`chain`]. [`ChainSettings::for_scales`] sets all that have units from one energy and one length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct ChainSettings {
     /// Temperature T. A tenth of the typical barrier explores; half of it melts the landscape.
     pub temperature: f64,
@@ -32,10 +32,8 @@ pub struct ChainSettings {
     pub attempts: usize,
     /// Number of independent chains in each direction.
     pub replicas: usize,
-    /// Length ε of the first step.
+    /// Length ε of the first step. Unlike the published one, it adapts to the target acceptance rate.
     pub step: f64,
-    /// Whether the step length adapts to the target acceptance rate. Otherwise it stays constant, as published.
-    pub steered: bool,
     /// Distance δ from the target at which the chain is quenched to test whether it has arrived.
     pub arrival: f64,
     /// M: the chain stops after this many consecutive steps without a new least distance.
@@ -62,7 +60,6 @@ impl ChainSettings {
             attempts: 3,
             replicas: 1,
             step: 0.01 * length,
-            steered: true,
             arrival: 0.1 * length,
             patience: 200,
             max_steps: 1500,
@@ -246,7 +243,6 @@ struct Walk<'a> {
     state: State,
     proposal: State,
     step: f64,
-    steered: bool,
     steps: usize,
 }
 
@@ -257,7 +253,6 @@ impl<'a> Walk<'a> {
             state: kernel.start(start),
             proposal: State::default(),
             step: settings.step,
-            steered: settings.steered,
             steps: 0,
         }
     }
@@ -271,7 +266,7 @@ impl<'a> Walk<'a> {
         let accepted = libm::log(rng.random::<f64>()) < ratio;
         // The adaptation fades (Robbins and Monro): early steps find the scale, and late ones hardly change the
         // distribution. Steps that rest have no length, so they are excluded.
-        if self.steered && self.proposal.coordinates != self.state.coordinates {
+        if self.proposal.coordinates != self.state.coordinates {
             let chance = libm::exp(ratio).min(1.0);
             self.step *= libm::exp((chance - ACCEPTANCE) / libm::pow(self.steps as f64, 0.6));
         }

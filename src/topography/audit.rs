@@ -104,7 +104,7 @@ pub struct Audit {
 
 /// Settings of an audit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct AuditSettings {
     /// Greatest norm of the gradient, energy per length.
     pub gradient_tolerance: f64,

@@ -14,36 +14,31 @@ use crate::sample::{Task, stream};
 const TIE: f64 = 1e-7;
 /// Difference of barriers, relative to the highest, that is rounding: searches know heights to about this.
 const ROUNDING: f64 = 1e-6;
+/// Greatest number of relative barriers to try, quantiles of those of the network. Each costs a partition in every resampling.
+const LEVELS: usize = 24;
+/// Seed of the resamplings. It is no setting, because groups must not change with the seed of the search.
+const SEED: u64 = 0;
 
 /// Settings of [`Groups::new`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct GroupSettings {
     /// Relative barrier b that joins two minima. By default it is the one with the most stable partition. Groups of two
     /// landscapes are comparable only at the same b.
     pub barrier: Option<f64>,
-    /// Greatest b that may be chosen if `barrier` is `None`.
-    pub highest: Option<f64>,
-    /// Greatest number of relative barriers b to try; they are quantiles of those of the network.
-    pub levels: usize,
     /// Number of resamplings of the connections. With 0, the level below the widest gap of the barriers is chosen from all of
     /// them, which suits connections that are known well.
     pub resamplings: usize,
     /// Worst evidence that joins two minima.
     pub worst: Evidence,
-    /// Seed of the resamplings.
-    pub seed: u64,
 }
 
 impl Default for GroupSettings {
     fn default() -> Self {
         Self {
             barrier: None,
-            highest: None,
-            levels: 24,
             resamplings: 64,
             worst: Evidence::Path,
-            seed: 0,
         }
     }
 }
@@ -112,19 +107,17 @@ impl Groups {
     /// between its partition and those of connections resampled with replacement. Levels at which all minima are separate
     /// or all are one group are ignored. Two other kinds count only if there is nothing else: levels at which one group
     /// holds more than half of the minima (it has percolated), and levels with more groups than half the minima (grouping
-    /// has hardly begun). Levels above the highest allowed are measured but never chosen. Of equally stable levels the
-    /// lowest wins. If no level is left, every minimum is a group of its own.
+    /// has hardly begun). Of equally stable levels the lowest wins. If no level is left, every minimum is a group of its
+    /// own.
     pub fn new(network: &Network, settings: &GroupSettings) -> Self {
         if let Some(barrier) = settings.barrier {
             return Self::below(network, barrier, settings.worst);
         }
         let links = links(network, settings.worst);
         let n = network.node_count();
-        let highest = settings.highest.unwrap_or(f64::INFINITY);
         if settings.resamplings == 0 {
             let scan = gaps(n, &links);
-            let allowed = scan.partition_point(|level| level.barrier <= highest);
-            let barrier = most_stable(&scan[..allowed], n).map_or(0.0, |level| level.barrier);
+            let barrier = most_stable(&scan, n).map_or(0.0, |level| level.barrier);
             return Self {
                 scan,
                 ..Self::below(network, barrier, settings.worst)
@@ -133,15 +126,10 @@ impl Groups {
         let mut barriers: Vec<f64> = links.iter().map(|link| link.2).collect();
         barriers.sort_by(f64::total_cmp);
         barriers.dedup_by(|b, a| *b <= *a + TIE * a.abs());
-        let count = settings.levels.min(barriers.len());
-        let mut grid: Vec<f64> = (1..=count)
+        let count = LEVELS.min(barriers.len());
+        let grid: Vec<f64> = (1..=count)
             .map(|k| barriers[k * barriers.len() / count - 1])
             .collect();
-        // If all quantiles are too high, the highest allowed barrier becomes a level.
-        if grid.first().is_some_and(|first| *first > highest) {
-            let allowed = barriers.iter().rev().find(|barrier| **barrier <= highest);
-            grid.splice(0..0, allowed.copied());
-        }
         // The links sorted by the first level that includes them, without those above all levels.
         let mut rising: Vec<(usize, usize)> = (links.iter().enumerate())
             .map(|(k, link)| (grid.partition_point(|b| b + TIE * b < link.2), k))
@@ -152,7 +140,7 @@ impl Groups {
         let resampled: Vec<Vec<f64>> = (0..settings.resamplings)
             .into_par_iter()
             .map(|id| {
-                let mut rng = stream(settings.seed, Task::Resampling, id as u64);
+                let mut rng = stream(SEED, Task::Resampling, id as u64);
                 let mut drawn = vec![false; links.len()];
                 for _ in 0..links.len() {
                     drawn[rng.random_range(0..links.len())] = true;
@@ -174,8 +162,7 @@ impl Groups {
                 }
             })
             .collect();
-        let allowed = scan.partition_point(|level| level.barrier <= highest);
-        let barrier = most_stable(&scan[..allowed], n).map_or(0.0, |level| level.barrier);
+        let barrier = most_stable(&scan, n).map_or(0.0, |level| level.barrier);
         Self {
             scan,
             ..Self::below(network, barrier, settings.worst)
@@ -358,7 +345,7 @@ mod tests {
                 let (expected, labels) = level(n, &links, known.barrier);
                 let total: f64 = (0..5)
                     .map(|id| {
-                        let mut rng = stream(0, Task::Resampling, id);
+                        let mut rng = stream(SEED, Task::Resampling, id);
                         let drawn: Vec<usize> = links.iter().map(|_| rng.random_range(0..links.len())).collect();
                         let parts = partition(n, &links, known.barrier, |k| drawn.contains(&k));
                         adjusted_rand(&labels, &parts)
@@ -399,45 +386,10 @@ mod tests {
     }
 
     #[test]
-    fn no_level_above_the_highest_allowed_is_chosen() {
-        let groups = |highest| {
-            let settings = GroupSettings {
-                highest: Some(highest),
-                ..GroupSettings::default()
-            };
-            Groups::new(&three_pairs(), &settings)
-        };
-        let free = Groups::new(&three_pairs(), &GroupSettings::default());
-        assert!(free.barrier > 0.1015, "{free:?}");
-        let bounded = groups(0.1015);
-        assert!(bounded.barrier <= 0.1015);
-        assert_eq!(bounded.members.len(), 5, "{bounded:?}");
-        assert_eq!(bounded.scan, free.scan, "what is not chosen is still told");
-        assert_eq!(groups(2.0), free, "a bound that is not met changes nothing");
-        assert_eq!(groups(0.05).members.len(), 6);
-    }
-
-    #[test]
-    fn a_bound_below_all_quantiles_leaves_the_barriers_below_it() {
-        let settings = GroupSettings {
-            levels: 1,
-            highest: Some(0.103),
-            ..GroupSettings::default()
-        };
-        let groups = Groups::new(&three_pairs(), &settings);
-        assert_eq!(
-            (groups.members.len(), groups.scan.len()),
-            (4, 2),
-            "{groups:?}"
-        );
-    }
-
-    #[test]
     fn groups_at_a_given_barrier() {
         let at = |barrier| {
             let settings = GroupSettings {
                 barrier: Some(barrier),
-                highest: Some(0.01),
                 ..GroupSettings::default()
             };
             Groups::new(&three_pairs(), &settings)

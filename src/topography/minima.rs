@@ -13,7 +13,7 @@ use crate::space::Space;
 /// Tolerance within which two stationary points are the same. Both values have units. The defaults suit a surface whose
 /// energies and lengths are of order 1; for any other surface measure them ([`Scales`](super::Scales)) or choose them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct MatchTolerance {
     /// Greatest difference in energy.
     pub energy: f64,

@@ -28,7 +28,7 @@ use crate::space::Space;
 
 /// Settings of [`sequential`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct SequentialSettings {
     /// Settings of the chains. Assignment uses the one temperature and force given here, which set the resolution of the
     /// map. Barriers between representatives use `attempts` forces, each `escalation` times the last, with `replicas`

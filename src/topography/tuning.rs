@@ -22,7 +22,7 @@ const JOINED: f64 = 0.9;
 
 /// Settings of [`tune`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct TuningSettings {
     /// Temperatures T to choose from, ascending.
     pub temperatures: Vec<f64>,

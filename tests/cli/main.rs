@@ -124,10 +124,9 @@ const LONG_SYNTH: &str =
     "synth --object ball -n 12 --steps 2000 --keep all --seed 1 --threads 1 -q";
 const BUILD: &str = "build g.parquet --first 3 --quiet";
 
-/// A slow protocol that simulates every step of the drop, so that there is time to kill the process. At its friction some
+/// A slow protocol with a long time before gravity acts, so that there is time to kill the process. At its friction some
 /// grasps hold and others do not.
-const PATIENT: &str = "protocol = \"drop\"\nrest = { time_s = 1000.0 }\n\
-                       friction = { hand = 0.1, object = 0.1, combine = \"multiply\" }\n";
+const PATIENT: &str = "protocol = \"drop\"\nsettle_s = 20.0\nfriction = 0.01\n";
 const STABILITY: &str = "stability g.parquet --config p.toml -q -o held.parquet";
 
 /// `g.parquet` of [`SYNTH`], made once, on one thread.

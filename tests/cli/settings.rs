@@ -93,7 +93,7 @@ fn mistakes_in_files_of_settings() {
     let desk = Desk::with_grasps();
     fs::write(desk.path("typo.toml"), "[map]\nneigbours = 3\n").unwrap();
     fs::write(desk.path("huge.toml"), "[map]\nsearches = 4000000000\n").unwrap();
-    fs::write(desk.path("few.toml"), "[search]\nbatch = 0\n").unwrap();
+    fs::write(desk.path("few.toml"), "[search]\nsteps = 0\n").unwrap();
     for (line, words) in [
         (
             "build g.parquet --config typo.toml",
@@ -113,7 +113,7 @@ fn mistakes_in_files_of_settings() {
         ),
         (
             "surface muller-brown --config few.toml",
-            ["few.toml", "search.batch = 0", "is not from 1"],
+            ["few.toml", "search.steps = 0", "is not from 1"],
         ),
         (
             "config surface --protocol drop",

@@ -117,8 +117,7 @@ fn more(reader: &str) -> &'static [&'static str] {
                 "symmetry": {"finite": [{"rotation": [0, 0, 0, 1], "translation": [0, 0, 0]}]}}"#,
         ],
         "experiment_toml" => &[
-            "[energy]\nself_penetration_weight = 10.0\nnearest_points_rounding = 0.01\ndepth_rounding_m = 0.0005\n\
-             joint_limits_weight = 20.0\njoint_limits_rounding_rad = 0.02\nprior_weight = 0.02\n",
+            "[energy]\nself_penetration_weight = 10.0\njoint_limits_weight = 20.0\nprior_weight = 0.02\n",
             "[synthesis]\nsteps = 2\n[synthesis.grips]\nwhole = 0.2\npinch = 0.2\ntips = 0.6\n",
         ],
         _ => &[],

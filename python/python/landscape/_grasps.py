@@ -527,7 +527,7 @@ class Grasps:
         return Table({name: labelled.column(name) for name in ("id", "label_auto", "label_score", "label_category")})
 
     def stability(
-        self, protocol: Protocol = "drop", *, settings: StrPath | None = None, out: StrPath | None = None,
+        self, protocol: Protocol = "drop", *, config: StrPath | None = None, out: StrPath | None = None,
         force: bool = False, progress: bool | None = None,
     ) -> Grasps:
         """These grasps with the outcomes of a simulation: the columns ``stable`` (1 or 0), ``stable_reason``,
@@ -538,7 +538,7 @@ class Grasps:
         protocol
             ``"drop"`` (T. Liu et al., arXiv:2104.09194), ``"six-directions"`` (of DexGraspBench) or
             ``"six-directions-rigid"``.
-        settings
+        config
             A TOML file with a protocol of your own.
         out
             The file to write, the same as that of ``landscape stability``; by default none is kept.
@@ -551,8 +551,8 @@ class Grasps:
             If the protocol is wrong, or there are no grasps.
         """
         # The default is not named, as on the command line.
-        named = None if protocol == "drop" or settings is not None else protocol
-        given = flags(protocol=named, settings=settings, force=force)
+        named = None if protocol == "drop" or config is not None else protocol
+        given = flags(protocol=named, config=config, force=force)
         return self._remade("stability", given, out, "stability", progress)
 
     def _remade(self, verb: str, given: list[str], out: StrPath | None, ending: str, progress: bool | None) -> Grasps:

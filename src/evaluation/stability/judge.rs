@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::convert::vector;
 use super::rest::Watch;
-use super::settings::{Drop, Protocol, SixDirections, count};
+use super::settings::{Drop, OVERLAP_M, Protocol, SixDirections, Squeeze, count};
 use super::solid::Solid;
 use super::squeeze::{add_hand, closing};
 use super::world::{Part, World};
@@ -147,13 +147,13 @@ pub(super) fn balls<'a>(
 }
 
 fn fall(hand: &Hand, posed: &PosedHand, solid: &Solid, mass_kg: f64, drop: &Drop) -> Outcome {
-    let (friction, solver) = (&drop.friction, &drop.solver);
-    let mut world = World::new(solid, mass_kg, [0.0; 3], friction, solver);
+    let solver = &drop.solver;
+    let mut world = World::new(solid, mass_kg, [0.0; 3], drop.friction, solver);
     fix_hand(&mut world, hand, posed, solid);
     let settling = count(drop.settle_s, solver.time_step_s);
     let down = Vector3::from(drop.gravity_m_s2).normalize();
     let mut outcome = Outcome::START;
-    if overlaps(&mut outcome, &world, drop.overlap_m) {
+    if overlaps(&mut outcome, &world) {
         return outcome;
     }
     let mut watch = Watch::new(solid, &drop.rest, solver.time_step_s);
@@ -187,16 +187,16 @@ fn push(
     solid: &Solid,
     six: &SixDirections,
 ) -> Outcome {
-    let mut closed = World::new(solid, six.mass_kg, [0.0; 3], &six.friction, &six.solver);
+    let mut closed = World::new(solid, six.mass_kg, [0.0; 3], six.friction, &six.solver);
     match closing_rad {
         Some(closing_rad) => add_hand(&mut closed, hand, posed, solid, closing_rad, &six.squeeze),
         None => fix_hand(&mut closed, hand, posed, solid),
     }
     let mut outcome = Outcome::START;
-    if overlaps(&mut outcome, &closed, six.overlap_m) {
+    if overlaps(&mut outcome, &closed) {
         return outcome;
     }
-    for _ in 0..count(six.squeeze.time_s, six.solver.time_step_s).max(1) {
+    for _ in 0..count(Squeeze::TIME_S, six.solver.time_step_s).max(1) {
         closed.step();
         if fails(&mut outcome, &closed, six) {
             return outcome;
@@ -221,9 +221,9 @@ fn push(
 }
 
 /// Records the overlap of hand and object; returns whether it is too large.
-fn overlaps(outcome: &mut Outcome, world: &World, most_m: f64) -> bool {
+fn overlaps(outcome: &mut Outcome, world: &World) -> bool {
     outcome.overlap_m = world.overlap_m();
-    if outcome.overlap_m > most_m {
+    if outcome.overlap_m > OVERLAP_M {
         outcome.reason = Reason::Overlap;
     }
     outcome.reason != Reason::Held

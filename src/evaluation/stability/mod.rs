@@ -19,9 +19,7 @@ mod squeeze;
 mod world;
 
 pub use judge::{Outcome, Reason, simulate};
-pub use settings::{
-    Combine, Drop, Friction, Protocol, ProtocolError, Rest, SixDirections, Solver, Squeeze,
-};
+pub use settings::{Drop, Protocol, ProtocolError, Rest, SixDirections, Solver, Squeeze};
 pub use solid::{Build, Fit, Piece, Solid};
 pub use squeeze::joint_targets;
 pub use world::{Part, World};

@@ -4,67 +4,34 @@ use serde::{Deserialize, Serialize};
 
 use crate::limits::{Beyond, Limit, SIMULATION, SIMULATION_OR_ZERO, SIMULATION_STEPS};
 
-/// How the friction coefficients of two bodies are combined.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Combine {
-    /// μ₁ μ₂, as in Bullet.
-    Multiply,
-    /// max(μ₁, μ₂), as in `MuJoCo`.
-    Maximum,
-    /// min(μ₁, μ₂).
-    Minimum,
-    /// (μ₁ + μ₂)/2, as in `PhysX`.
-    Average,
-    /// √(μ₁ μ₂), as in `Box2D`.
-    GeometricMean,
-}
-
-/// Coulomb friction between hand and object.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Friction {
-    /// Coefficient of the hand.
-    pub hand: f64,
-    /// Coefficient of the object.
-    pub object: f64,
-    /// Rule that combines the two.
-    pub combine: Combine,
-}
-
-impl Friction {
-    /// The combined coefficient.
-    pub fn effective(&self) -> f64 {
-        match self.combine {
-            Combine::Multiply => self.hand * self.object,
-            Combine::Maximum => self.hand.max(self.object),
-            Combine::Minimum => self.hand.min(self.object),
-            Combine::Average => 0.5 * (self.hand + self.object),
-            Combine::GeometricMean => (self.hand * self.object).sqrt(),
-        }
-    }
-}
+/// Overlap of hand and object at the start above which a grasp fails without simulation, metres. It would push the object
+/// out of the hand.
+pub(super) const OVERLAP_M: f64 = 0.01;
 
 /// Settings of the engine (Rapier). Contacts are springs of very high damping, solved implicitly in substeps; friction is
 /// Coulomb's, per contact point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct Solver {
     /// Time step, seconds.
     pub time_step_s: f64,
     /// Substeps of each step; contacts are found or updated once a step.
     pub substeps: usize,
+}
+
+impl Solver {
+    /// Natural frequency of a contact, Hz. Its spring gives 0.07 mm under the object's weight, far less than an object moves
+    /// that slips.
+    pub const CONTACT_FREQUENCY_HZ: f64 = 60.0;
+    /// Damping ratio of a contact.
+    pub const CONTACT_DAMPING: f64 = 10.0;
     /// Sweeps over all contacts in each substep. A hand that encloses an object has dozens of contacts that press against
     /// each other, and with one sweep the object creeps out.
-    pub sweeps: usize,
-    /// Natural frequency of a contact, Hz.
-    pub contact_frequency_hz: f64,
-    /// Damping ratio of a contact.
-    pub contact_damping: f64,
+    pub(super) const SWEEPS: usize = 4;
     /// Largest speed at which overlaps are resolved, m/s.
-    pub recovery_m_s: f64,
+    pub(super) const RECOVERY_M_S: f64 = 3.0;
     /// Surfaces closer than this are checked for contact during a step, metres.
-    pub prediction_m: f64,
+    pub(super) const PREDICTION_M: f64 = 0.0005;
 }
 
 impl Default for Solver {
@@ -72,18 +39,13 @@ impl Default for Solver {
         Self {
             time_step_s: 1.0 / 60.0,
             substeps: 4,
-            sweeps: 4,
-            contact_frequency_hz: 60.0,
-            contact_damping: 10.0,
-            recovery_m_s: 3.0,
-            prediction_m: 0.0005,
         }
     }
 }
 
 /// Criterion of rest. The steps after it are not simulated, because an object at rest stays in a hand that does not move.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct Rest {
     /// No point of the object has moved farther than this, metres …
     pub way_m: f64,
@@ -104,7 +66,7 @@ impl Default for Rest {
 
 /// Gravity acts on the object in a rigid, fixed hand: the test of Liu et al. (2021), Table I.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct Drop {
     /// Gravity in the object's frame, m/s².
     pub gravity_m_s2: [f64; 3],
@@ -118,17 +80,15 @@ pub struct Drop {
     pub fall_m: f64,
     /// Criterion by which an object at rest is held before the last step.
     pub rest: Rest,
-    /// Overlap of hand and object at the start above which a grasp fails without simulation, metres.
-    pub overlap_m: f64,
-    /// Friction.
-    pub friction: Friction,
+    /// Coefficient of Coulomb friction between hand and object.
+    pub friction: f64,
     /// The engine.
     pub solver: Solver,
 }
 
 impl Default for Drop {
     /// Gravity 10 m/s² down the object's z axis, 1000 steps of 1/60 s, a fall of 0.3 m, and `PyBullet`'s default friction:
-    /// 0.5 for each body, which Bullet multiplies. The publication does not say how the object is put into the hand; here
+    /// 0.5 for each body, which Bullet multiplies to 0.25. The publication does not say how the object is put into the hand; here
     /// it comes to rest within a second without gravity.
     fn default() -> Self {
         Self {
@@ -137,12 +97,7 @@ impl Default for Drop {
             steps: 1000,
             fall_m: 0.3,
             rest: Rest::default(),
-            overlap_m: 0.01,
-            friction: Friction {
-                hand: 0.5,
-                object: 0.5,
-                combine: Combine::Multiply,
-            },
+            friction: 0.25,
             solver: Solver::default(),
         }
     }
@@ -154,7 +109,7 @@ impl Default for Drop {
 /// Jᵀf/k: the torques of contact forces f that balance each other (`closure::contact_forces` at the protocol's friction),
 /// divided by the stiffness k. If no forces balance, all contacts press equally along their inward normals.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct Squeeze {
     /// Mean contact force, newtons.
     pub force_n: f64,
@@ -164,17 +119,20 @@ pub struct Squeeze {
     pub damping_n_m_s: f64,
     /// Largest torque of a joint, N·m.
     pub torque_limit_n_m: f64,
-    /// Time in which the targets move and the hand comes to rest, seconds; a rigid hand waits for the same time.
-    pub time_s: f64,
-    /// Density of the hand, kg/m³.
-    pub density_kg_m3: f64,
-    /// Inertia of each joint itself, kg·m², due to its motor or tendons.
-    pub armature_kg_m2: f64,
+}
+
+impl Squeeze {
+    /// Time in which the targets move and the hand comes to rest, seconds; a rigid hand waits for the same time. As in
+    /// `DexGraspBench`.
+    pub const TIME_S: f64 = 0.4;
+    /// Density of the hand, kg/m³: that of water, and so about that of flesh.
+    pub const DENSITY_KG_M3: f64 = 1000.0;
+    /// Inertia of each joint itself, kg·m², due to its motor or tendons: that of the Shadow hand in `MuJoCo` Menagerie.
+    pub const ARMATURE_KG_M2: f64 = 2e-4;
 }
 
 impl Default for Squeeze {
-    /// Gains and times of `DexGraspBench`: kp = 5 with limits of ±3, 0.4 s to the squeeze pose; the armature is that of the
-    /// Shadow hand in `MuJoCo` Menagerie, which it uses. The force is ours, because there the grasps include their squeezed
+    /// Gains of `DexGraspBench`: kp = 5 with limits of ±3. The force is ours, because there the grasps include their squeezed
     /// poses.
     fn default() -> Self {
         Self {
@@ -182,16 +140,13 @@ impl Default for Squeeze {
             stiffness_n_m: 5.0,
             damping_n_m_s: 0.1,
             torque_limit_n_m: 3.0,
-            time_s: 0.4,
-            density_kg_m3: 1000.0,
-            armature_kg_m2: 2e-4,
         }
     }
 }
 
 /// The object is pushed along ±x, ±y and ±z in turn, without gravity; after `DexGraspBench` (Chen et al. 2025).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct SixDirections {
     /// Mass of the object, kg.
     pub mass_kg: f64,
@@ -205,14 +160,12 @@ pub struct SixDirections {
     pub turn_rad: f64,
     /// Criterion by which an object at rest withstands a push before its time is over.
     pub rest: Rest,
-    /// Overlap of hand and object at the start above which a grasp fails without simulation, metres.
-    pub overlap_m: f64,
     /// Whether the hand and its joints are rigid instead of squeezing.
     pub rigid: bool,
     /// How the hand closes and holds the object, unless it is rigid.
     pub squeeze: Squeeze,
-    /// Friction.
-    pub friction: Friction,
+    /// Coefficient of Coulomb friction between hand and object.
+    pub friction: f64,
     /// The engine.
     pub solver: Solver,
 }
@@ -227,18 +180,12 @@ impl Default for SixDirections {
             displacement_m: 0.05,
             turn_rad: 15.0_f64.to_radians(),
             rest: Rest::default(),
-            overlap_m: 0.01,
             rigid: false,
             squeeze: Squeeze::default(),
-            friction: Friction {
-                hand: 0.6,
-                object: 0.6,
-                combine: Combine::Maximum,
-            },
+            friction: 0.6,
             solver: Solver {
                 time_step_s: 0.004,
                 substeps: 2,
-                ..Solver::default()
             },
         }
     }
@@ -275,9 +222,6 @@ impl Protocol {
         let (friction, solver, steps) = match self {
             Self::Drop(drop) => {
                 positive.push(("fall_m", drop.fall_m));
-                positive.push(("overlap_m", drop.overlap_m));
-                positive.push(("rest.way_m", drop.rest.way_m));
-                positive.push(("rest.time_s", drop.rest.time_s));
                 for gravity in drop.gravity_m_s2 {
                     others.push(("gravity_m_s2", SIMULATION_OR_ZERO, gravity.abs()));
                 }
@@ -293,9 +237,6 @@ impl Protocol {
                     ("push_s", six.push_s),
                     ("displacement_m", six.displacement_m),
                     ("turn_rad", six.turn_rad),
-                    ("rest.way_m", six.rest.way_m),
-                    ("rest.time_s", six.rest.time_s),
-                    ("overlap_m", six.overlap_m),
                     ("force_n", six.force_n),
                 ]);
                 let squeeze = &six.squeeze;
@@ -304,27 +245,14 @@ impl Protocol {
                     ("squeeze.stiffness_n_m", squeeze.stiffness_n_m),
                     ("squeeze.damping_n_m_s", squeeze.damping_n_m_s),
                     ("squeeze.torque_limit_n_m", squeeze.torque_limit_n_m),
-                    ("squeeze.time_s", squeeze.time_s),
-                    ("squeeze.density_kg_m3", squeeze.density_kg_m3),
-                    ("squeeze.armature_kg_m2", squeeze.armature_kg_m2),
                 ]);
-                let time_s = squeeze.time_s + 6.0 * six.push_s;
+                let time_s = Squeeze::TIME_S + 6.0 * six.push_s;
                 (six.friction, six.solver, time_s / six.solver.time_step_s)
             }
         };
-        positive.extend([
-            ("solver.time_step_s", solver.time_step_s),
-            ("solver.contact_frequency_hz", solver.contact_frequency_hz),
-            ("solver.contact_damping", solver.contact_damping),
-            ("solver.recovery_m_s", solver.recovery_m_s),
-            ("solver.prediction_m", solver.prediction_m),
-            ("solver.substeps", solver.substeps as f64),
-            ("solver.sweeps", solver.sweeps as f64),
-        ]);
-        let divided = solver.substeps as f64 * solver.sweeps as f64;
+        let divided = solver.substeps as f64 * Solver::SWEEPS as f64;
         others.extend([
-            ("friction.hand", SIMULATION_OR_ZERO, friction.hand),
-            ("friction.object", SIMULATION_OR_ZERO, friction.object),
+            ("friction", SIMULATION_OR_ZERO, friction),
             (
                 "steps, substeps and sweeps",
                 SIMULATION_STEPS,

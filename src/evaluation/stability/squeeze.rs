@@ -92,7 +92,7 @@ fn pressing(
         })
         .collect();
     let sum_n = force_n * bare.len() as f64;
-    match contact_forces(&bare, six.friction.effective()) {
+    match contact_forces(&bare, six.friction) {
         Some(balanced) => balanced.forces.iter().map(|force| force * sum_n).collect(),
         None => bare
             .iter()
@@ -155,7 +155,7 @@ pub(super) fn add_hand(
         world.physics.insert_collider(collider, Some(handle));
     };
     for (link, part, fills) in capsules(hand, posed) {
-        let collider = world.collider(&part).density(squeeze.density_kg_m3);
+        let collider = world.collider(&part).density(Squeeze::DENSITY_KG_M3);
         // A capsule that fills a mesh has its mass; the balls of the mesh touch.
         let collider = if fills {
             collider.collision_groups(InteractionGroups::none())
@@ -172,7 +172,7 @@ pub(super) fn add_hand(
     let tree = last_joint.and_then(|joint| world.physics.multibody_joints.get_mut(joint));
     if let Some((multibody, _)) = tree {
         multibody.damping_mut().fill(0.0);
-        multibody.armature_mut().fill(squeeze.armature_kg_m2);
+        multibody.armature_mut().fill(Squeeze::ARMATURE_KG_M2);
     }
 }
 

@@ -13,7 +13,7 @@ use rapier3d_f64::pipeline::{ActiveHooks, PhysicsWorld};
 
 use super::convert::{from_vector, isometry, vector};
 use super::ghosts::NoGhosts;
-use super::settings::{Combine, Friction, Solver};
+use super::settings::Solver;
 use super::solid::{Solid, motion};
 use crate::mesh::Mesh;
 
@@ -50,7 +50,7 @@ pub enum Part {
 /// One object and the parts that hold it.
 pub struct World {
     pub(super) physics: PhysicsWorld,
-    pub(super) friction: Friction,
+    friction: f64,
     object: RigidBodyHandle,
     centre: Vector3<f64>,
 }
@@ -65,12 +65,12 @@ impl std::fmt::Debug for World {
 }
 
 impl World {
-    /// A world with an object at rest in its frame, and gravity (m/s²) in that frame.
+    /// A world with an object at rest in its frame, gravity (m/s²) in that frame, and the friction of all contacts.
     pub fn new(
         solid: &Solid,
         mass_kg: f64,
         gravity_m_s2: [f64; 3],
-        friction: &Friction,
+        friction: f64,
         solver: &Solver,
     ) -> Self {
         let mut physics = PhysicsWorld::new();
@@ -79,14 +79,14 @@ impl World {
         let body = RigidBodyBuilder::dynamic().can_sleep(false);
         let collider = ColliderBuilder::new(solid.shape.clone())
             .mass_properties(solid.of_mass(mass_kg))
-            .friction(friction.object)
-            .friction_combine_rule(rule(friction.combine))
+            .friction(friction)
+            .friction_combine_rule(CoefficientCombineRule::Max)
             .collision_groups(groups(OBJECT, HOLDER))
             .active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS);
         let (object, _) = physics.insert(body, collider);
         Self {
             physics,
-            friction: *friction,
+            friction,
             object,
             centre: solid.centre(),
         }
@@ -171,8 +171,8 @@ impl World {
             ),
         };
         builder
-            .friction(self.friction.hand)
-            .friction_combine_rule(rule(self.friction.combine))
+            .friction(self.friction)
+            .friction_combine_rule(CoefficientCombineRule::Max)
             .collision_groups(groups(HOLDER, OBJECT))
     }
 
@@ -235,17 +235,17 @@ impl World {
 
 fn parameters(solver: &Solver) -> IntegrationParameters {
     let softness = SpringCoefficients {
-        natural_frequency: solver.contact_frequency_hz,
-        damping_ratio: solver.contact_damping,
+        natural_frequency: Solver::CONTACT_FREQUENCY_HZ,
+        damping_ratio: Solver::CONTACT_DAMPING,
     };
     IntegrationParameters {
         dt: solver.time_step_s,
         num_solver_iterations: solver.substeps,
-        num_internal_pgs_iterations: solver.sweeps,
+        num_internal_pgs_iterations: Solver::SWEEPS,
         contact_softness: softness,
         static_contact_softness: softness,
-        normalized_max_corrective_velocity: solver.recovery_m_s,
-        normalized_prediction_distance: solver.prediction_m,
+        normalized_max_corrective_velocity: Solver::RECOVERY_M_S,
+        normalized_prediction_distance: Solver::PREDICTION_M,
         // Merged contacts, or friction in only one of the two passes, let squeezed objects creep and shiver: a block held
         // with a tenth more friction than needed sinks by millimetres instead of hundredths of a millimetre.
         contact_clustering: false,
@@ -262,14 +262,4 @@ const HOLDER: Group = Group::GROUP_2;
 
 fn groups(own: Group, other: Group) -> InteractionGroups {
     InteractionGroups::new(own, other, InteractionTestMode::And)
-}
-
-fn rule(combine: Combine) -> CoefficientCombineRule {
-    match combine {
-        Combine::Multiply => CoefficientCombineRule::Multiply,
-        Combine::Maximum => CoefficientCombineRule::Max,
-        Combine::Minimum => CoefficientCombineRule::Min,
-        Combine::Average => CoefficientCombineRule::Average,
-        Combine::GeometricMean => CoefficientCombineRule::GeometricMean,
-    }
 }

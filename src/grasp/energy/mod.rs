@@ -19,6 +19,10 @@ use crate::hand::{Ball, Hand};
 use crate::object::Object;
 use crate::space::{PoseMetric, PoseSpace, Space};
 
+/// Reach while a chain closes the digits of its grip, metres: more than twice that of the energy, so that
+/// open digits are drawn.
+const CLOSING_REACH_M: f64 = 0.03;
+
 /// E(H, O): the energy of a hand pose on an object, a sum of smooth terms ([`EnergySettings`]).
 #[derive(Debug)]
 pub struct GraspEnergy {
@@ -96,7 +100,7 @@ impl GraspEnergy {
         let layer = self.settings.layer;
         let closing = EnergySettings {
             layer: LayerSettings {
-                reach_m: layer.closing_reach_m,
+                reach_m: CLOSING_REACH_M,
                 reach_hump: 0.0,
                 ..layer
             },

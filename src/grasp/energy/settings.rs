@@ -6,33 +6,26 @@ use crate::grasp::layer::LayerSettings;
 use crate::grasp::term::{
     JointLimits, LayerCompliance, Pressing, Prior, Reach, SelfPenetration, Term,
 };
-use crate::limits::{Beyond, ENERGY_SETTING, NEAREST_POINTS_ROUNDING};
+use crate::limits::{Beyond, ENERGY_SETTING};
 
 /// Length unit of the authors of Liu et al. (2021), used in Eq. 11.
 pub const AUTHORS_UNIT_M: f64 = 0.12;
 
-/// Terms of the grasp energy with weights and roundings: an elastic layer on the palmar side of the hand.
+/// Terms of the grasp energy with their weights: an elastic layer on the palmar side of the hand.
 ///
 /// Its gradient is Lipschitz continuous where the second derivatives of the object's field are ([`LayerCompliance`],
 /// [`SelfPenetration`]). Its minima are closed hands that hold. One unit of energy is the compliance of a hand that has let
 /// go. Lengths of depths are in units of the object's radius. Experiment files change single values; see
 /// `data/experiments/`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct EnergySettings {
     /// The elastic layer of the hand.
     pub layer: LayerSettings,
     /// Weight of the hand's overlap with itself per unit length.
     pub self_penetration_weight: f64,
-    /// Rounding of the nearest points of two parts of the hand, which jump where the parts are parallel: a share of the
-    /// squared lengths of the parts, 0 for none. See [`SelfPenetration`].
-    pub nearest_points_rounding: f64,
-    /// Rounding of the hand's overlap with itself, metres.
-    pub depth_rounding_m: f64,
     /// Weight of joint excess per radian.
     pub joint_limits_weight: f64,
-    /// Rounding of the joint excess, radians.
-    pub joint_limits_rounding_rad: f64,
     /// Weight of the pose prior.
     pub prior_weight: f64,
 }
@@ -42,10 +35,7 @@ impl Default for EnergySettings {
         Self {
             layer: LayerSettings::default(),
             self_penetration_weight: 3.0,
-            nearest_points_rounding: 0.01,
-            depth_rounding_m: 0.002,
             joint_limits_weight: 6.0,
-            joint_limits_rounding_rad: 0.02,
             prior_weight: 0.006,
         }
     }
@@ -67,12 +57,9 @@ impl EnergySettings {
             Box::new(Pressing { settings }),
             Box::new(SelfPenetration {
                 weight: self.self_penetration_weight,
-                rounding_m: self.depth_rounding_m,
-                nearest_points_rounding: self.nearest_points_rounding,
             }),
             Box::new(JointLimits {
                 weight: self.joint_limits_weight,
-                rounding_rad: self.joint_limits_rounding_rad,
             }),
             Box::new(Prior {
                 weight: self.prior_weight,
@@ -85,23 +72,16 @@ impl EnergySettings {
     /// Describes the first invalid value in one sentence.
     ///
     /// # Errors
-    /// If a weight or rounding is negative, not finite or above a million.
+    /// If a weight or length is negative, not finite or too large.
     pub fn validate(&self) -> Result<(), EnergySettingsError> {
         let values = [
             ("self_penetration_weight", self.self_penetration_weight),
-            ("depth_rounding_m", self.depth_rounding_m),
             ("joint_limits_weight", self.joint_limits_weight),
-            ("joint_limits_rounding_rad", self.joint_limits_rounding_rad),
             ("prior_weight", self.prior_weight),
         ];
         let values = values.map(|(name, value)| (name, ENERGY_SETTING, value));
-        let rounding = (
-            "nearest_points_rounding",
-            NEAREST_POINTS_ROUNDING,
-            self.nearest_points_rounding,
-        );
         let of_layer = self.layer.values();
-        for (name, limit, value) in values.into_iter().chain([rounding]).chain(of_layer) {
+        for (name, limit, value) in values.into_iter().chain(of_layer) {
             let told = |beyond| EnergySettingsError::Value { name, beyond };
             limit.check(value).map_err(told)?;
         }

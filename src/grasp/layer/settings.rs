@@ -5,19 +5,15 @@ use serde::{Deserialize, Serialize};
 use super::compliance::LoadCompliance;
 use crate::limits::{ENERGY_SETTING, LAYER_SETTING, Limit, PATCH_SPACING, SHARE, SKIN};
 
-/// Settings of the energy of an elastic layer. Lengths are those of a hand, in metres. The compliance of a hand that has let
+/// Settings of the energy of an elastic layer. A file sets those that `landscape config synth` prints. Lengths are those of a hand, in metres. The compliance of a hand that has let
 /// go is its weight, by default 1; its reach, pose and limits come on top of that.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct LayerSettings {
     /// Weight of the compliance under test loads.
     pub compliance_weight: f64,
     /// Friction coefficient.
     pub friction: f64,
-    /// Rounding of the friction cones, in the unit of length of the loads.
-    pub friction_rounding: f64,
-    /// Force of the test loads. The unit of length is what it presses 5 mm of a finger.
-    pub load: f64,
     /// Torque of the test loads relative to their force at the object's radius.
     pub torque_share: f64,
     /// Distance between the patches of a link over which the layer is averaged, metres.
@@ -27,15 +23,9 @@ pub struct LayerSettings {
     pub most_force_compliance: f64,
     /// The same of the mean compliance under torques, for hands with more than two digits.
     pub most_torque_compliance: f64,
-    /// How far a test load moves an object that nothing holds, in the same unit of length.
-    pub free_motion: f64,
-    /// Rounding of the square root of the compliance, as a fraction of the compliance without contacts.
-    pub compliance_rounding: f64,
     /// Gap at which the layer begins to carry, and the gap (negative: the depth) at which it carries fully, metres.
     pub skin_m: [f64; 2],
-    /// The same for the farther part of the layer, which draws a hand from outside.
-    pub far_skin_m: [f64; 2],
-    /// Fraction of the farther part.
+    /// Fraction of the farther part of the layer, which draws a hand from outside.
     pub far_share: f64,
     /// Weight of a phalanx that is drawn to the object. A hand that has let go pays it for each phalanx.
     pub reach_weight: f64,
@@ -43,14 +33,8 @@ pub struct LayerSettings {
     pub reach_m: f64,
     /// Height of the hump before the reach that keeps resting digits off; none at 0 to 1. See [`Reach`](crate::grasp::term::Reach).
     pub reach_hump: f64,
-    /// Reach while a chain closes the digits of its grip, without a hump, metres.
-    pub closing_reach_m: f64,
     /// Weight of the depth of the layer in the object, 1/m.
     pub pressing_weight_per_m: f64,
-    /// Depth that costs nothing, metres.
-    pub pressing_free_m: f64,
-    /// Rounding of the depth, metres.
-    pub pressing_rounding_m: f64,
 }
 
 impl Default for LayerSettings {
@@ -58,24 +42,16 @@ impl Default for LayerSettings {
         Self {
             compliance_weight: 1.0,
             friction: 0.25,
-            friction_rounding: 0.02,
-            load: 1.0,
             torque_share: 0.1,
             patch_spacing_m: 0.025,
             most_force_compliance: 0.3,
             most_torque_compliance: 0.4,
-            free_motion: 100.0,
-            compliance_rounding: 0.01,
             skin_m: [0.003, -0.001],
-            far_skin_m: [0.006, -0.001],
             far_share: 0.15,
             reach_weight: 0.0075,
             reach_m: 0.012,
             reach_hump: 40.0,
-            closing_reach_m: 0.03,
             pressing_weight_per_m: 30.0,
-            pressing_free_m: 0.0003,
-            pressing_rounding_m: 0.002,
         }
     }
 }
@@ -94,6 +70,9 @@ pub(crate) fn step(s: f64, [zero, one]: [f64; 2]) -> (f64, f64) {
     (value, slope / (one - zero))
 }
 
+/// Gaps at which the farther part of the layer begins to carry and carries fully, metres. It begins at twice the gap of the
+/// near part.
+const FAR_SKIN_M: [f64; 2] = [0.006, -0.001];
 /// Friction with which a hand is judged, as a share of that of the energy.
 const JUDGING_FRICTION: f64 = 0.875;
 /// Gap at which the near part of the layer begins to carry when a hand is judged, as a share of that of the energy.
@@ -132,8 +111,6 @@ impl LayerSettings {
         vec![
             weight("layer.compliance_weight", self.compliance_weight),
             weight("layer.friction", self.friction),
-            divisor("layer.friction_rounding", self.friction_rounding),
-            divisor("layer.load", self.load),
             divisor("layer.torque_share", self.torque_share),
             ("layer.patch_spacing_m", PATCH_SPACING, self.patch_spacing_m),
             (
@@ -146,27 +123,16 @@ impl LayerSettings {
                 SHARE,
                 self.most_torque_compliance,
             ),
-            divisor("layer.free_motion", self.free_motion),
-            divisor("layer.compliance_rounding", self.compliance_rounding),
             ("layer.skin_m[0]", SKIN, self.skin_m[0]),
             ("layer.skin_m[1]", SKIN, self.skin_m[1]),
-            ("layer.far_skin_m[0]", SKIN, self.far_skin_m[0]),
-            ("layer.far_skin_m[1]", SKIN, self.far_skin_m[1]),
             ("layer.far_share", SHARE, self.far_share),
             weight("layer.reach_weight", self.reach_weight),
             divisor("layer.reach_m", self.reach_m),
             weight("layer.reach_hump", self.reach_hump),
-            divisor("layer.closing_reach_m", self.closing_reach_m),
             weight("layer.pressing_weight_per_m", self.pressing_weight_per_m),
-            weight("layer.pressing_free_m", self.pressing_free_m),
-            divisor("layer.pressing_rounding_m", self.pressing_rounding_m),
             divisor(
                 "layer.skin_m[0] - skin_m[1]",
                 self.skin_m[0] - self.skin_m[1],
-            ),
-            divisor(
-                "layer.far_skin_m[0] - far_skin_m[1]",
-                self.far_skin_m[0] - self.far_skin_m[1],
             ),
         ]
     }
@@ -193,13 +159,13 @@ impl LayerSettings {
 
     /// Greatest gap at which the layer carries or presses, metres.
     pub fn carrying_m(&self) -> f64 {
-        (self.skin_m[0].max(self.far_skin_m[0])).max(-self.pressing_free_m)
+        self.skin_m[0].max(FAR_SKIN_M[0])
     }
 
     /// How much of the layer carries at this gap, from 0 to 1, and the derivative, 1/m.
     pub fn carries(&self, gap_m: f64) -> (f64, f64) {
         let (near, near_slope) = step(gap_m, self.skin_m);
-        let (far, far_slope) = step(gap_m, self.far_skin_m);
+        let (far, far_slope) = step(gap_m, FAR_SKIN_M);
         let share = self.far_share;
         (
             (1.0 - share) * near + share * far,

@@ -14,6 +14,14 @@ const PALMAR: [f64; 2] = [-0.5, 0.3];
 const DIRECTED: [f64; 2] = [0.25, 0.5];
 /// Nodes with less weight carry nothing: the squares of smaller lengths underflow.
 const LEAST_WEIGHT: f64 = 1e-140;
+/// Force of the test loads. It only defines the unit of length: what it presses 5 mm of a finger.
+const LOAD: f64 = 1.0;
+/// Rounding of the friction cones in that unit: it keeps the second derivatives finite at their edges.
+const FRICTION_ROUNDING: f64 = 0.02;
+/// How far a test load moves an object that nothing holds, in that unit: far more than one that is held.
+const FREE_MOTION: f64 = 100.0;
+/// Rounding of the square root of the compliance, as a fraction of the compliance without contacts.
+const ROUNDING: f64 = 0.01;
 
 /// How much the elastic layer of the hand gives under test loads on the object: w for a hand that has let go, about 0 for
 /// one that holds in all directions.
@@ -78,11 +86,11 @@ impl LayerCompliance {
     fn loads(&self) -> ComplianceSettings {
         ComplianceSettings {
             friction: self.settings.friction,
-            friction_rounding: self.settings.friction_rounding,
-            load: self.settings.load,
+            friction_rounding: FRICTION_ROUNDING,
+            load: LOAD,
             torque_share: self.settings.torque_share,
-            free_motion: self.settings.free_motion,
-            rounding: self.settings.compliance_rounding,
+            free_motion: FREE_MOTION,
+            rounding: ROUNDING,
         }
     }
 

@@ -13,8 +13,11 @@ use super::{Forces, Scene, Stage, Term, rounded_hinge};
 pub struct JointLimits {
     /// Weight w per radian.
     pub weight: f64,
-    /// Rounding of the hinge, radians.
-    pub rounding_rad: f64,
+}
+
+impl JointLimits {
+    /// Rounding of the hinge, radians: about a degree, so that minima may come near a limit.
+    pub const ROUNDING_RAD: f64 = 0.02;
 }
 
 impl Term for JointLimits {
@@ -37,12 +40,12 @@ impl Term for JointLimits {
             let [lower, upper] = joint.limits_rad;
             let scale = joint.kind.radians_per_unit();
             let (above, above_slope) = rounded_hinge(
-                scale * (angle - upper) + self.rounding_rad,
-                self.rounding_rad,
+                scale * (angle - upper) + Self::ROUNDING_RAD,
+                Self::ROUNDING_RAD,
             );
             let (below, below_slope) = rounded_hinge(
-                scale * (lower - angle) + self.rounding_rad,
-                self.rounding_rad,
+                scale * (lower - angle) + Self::ROUNDING_RAD,
+                Self::ROUNDING_RAD,
             );
             energy += self.weight * (above + below);
             *force += self.weight * scale * (above_slope - below_slope);

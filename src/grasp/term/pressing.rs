@@ -3,6 +3,11 @@
 use super::{Forces, Scene, Stage, Term};
 use crate::grasp::layer::LayerSettings;
 
+/// Depth that costs nothing, metres: what skin gives.
+const FREE_M: f64 = 0.0003;
+/// Rounding of the depth, metres. With 0.5 mm and a weight of 1000/m no descent converged.
+const ROUNDING_M: f64 = 0.002;
+
 /// The layer in the object.
 ///
 /// ```text
@@ -12,7 +17,7 @@ use crate::grasp::layer::LayerSettings;
 /// `free` is negative for parts that rest, which are kept off the object. h is a hinge that is rounded so that its second derivative is continuous. Depths up to `free` cost nothing: skin gives.
 ///
 /// It is a penalty of our own on the elastic layer, linear where the energy of an elastic foundation (Johnson 1985, section
-/// 4.3) would be quadratic. With 1000/m and a rounding of 0.5 mm no descent converged.
+/// 4.3) would be quadratic.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pressing {
     /// Settings of the layer.
@@ -55,13 +60,13 @@ impl Term for Pressing {
             let (free_m, share) = if sphere.rests {
                 (-scene.layer.clearance_m, sphere.share)
             } else {
-                (self.settings.pressing_free_m, sphere.pressed_share)
+                (FREE_M, sphere.pressed_share)
             };
             let depth_m = -near.gap_m - free_m;
             if depth_m <= 0.0 {
                 continue;
             }
-            let (value, slope) = smooth_hinge(depth_m, self.settings.pressing_rounding_m);
+            let (value, slope) = smooth_hinge(depth_m, ROUNDING_M);
             let scale = self.weight() * share;
             energy += scale * value;
             forces.push(

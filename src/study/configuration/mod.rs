@@ -1,26 +1,28 @@
-//! Files of settings: what `landscape config` prints, and what `build --config` and `surface --config` read.
+//! Files of settings: what `landscape config` prints, and what `--config` reads.
 //!
 //! A template beside this file explains each key in a comment and names no value: the values are those of the program, so
-//! the printed file cannot differ from them. [`Experiment`] reads the files of `synth`, and the protocols of `stability` read
-//! themselves.
+//! the printed file cannot differ from them. A file may set the keys of its template only. The settings of the program have
+//! more fields, which follow from others or differ between energies; files of results record them as well.
 
 mod ranges;
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+use serde::de::{DeserializeOwned, Error};
 use serde::{Deserialize, Serialize};
+use toml::de::{DeTable, DeValue};
 use toml::{Table, Value};
 
 use super::experiment::overlay;
 use super::settings::{MapSearch, default_map};
-use super::{ChoiceSettings, Experiment, GraspMapSettings};
+use super::{Experiment, GraspMapSettings};
 use crate::evaluation::stability::Protocol;
 use crate::formats::toml_text;
 use crate::limits::Beyond;
 use crate::topography::{GroupSettings, LowestSettings, MapSettings, SearchSettings};
 
-const SYNTH: &str = include_str!("synth.txt");
+pub(super) const SYNTH: &str = include_str!("synth.txt");
 const BUILD: &str = include_str!("build.txt");
 const SURFACE: &str = include_str!("surface.txt");
 const DROP: &str = include_str!("drop.txt");
@@ -50,12 +52,13 @@ impl ConfigurationFile {
         rendered(template, &values)
     }
 
-    /// The settings alone, as they are without a file.
+    /// The settings that a file may set, as they are without one.
     ///
     /// # Panics
     /// Never: settings are plain data.
     pub fn values(&self) -> Table {
-        self.parts().1
+        let (template, values) = self.parts();
+        retained(values, &settable(template), "")
     }
 
     /// The template and the values.
@@ -65,7 +68,6 @@ impl ConfigurationFile {
             Self::Build => {
                 let values = plain(&BuildFile {
                     search: Some(MapSearch::default()),
-                    choice: Some(ChoiceSettings::default()),
                     map: Some(default_map()),
                     ..BuildFile::default()
                 });
@@ -110,6 +112,88 @@ fn rendered(template: &str, values: &Table) -> String {
         }
     }
     text
+}
+
+/// The paths of the keys of a template.
+fn settable(template: &str) -> Vec<String> {
+    let mut section = String::new();
+    let mut keys = Vec::new();
+    for line in template.lines() {
+        if let Some(name) = line.strip_prefix('[') {
+            section = format!("{}.", name.trim_end_matches(']'));
+        } else if !line.is_empty() && !line.starts_with('#') {
+            let key = line.split(' ').next().unwrap_or_default();
+            keys.push(format!("{section}{key}"));
+        }
+    }
+    keys
+}
+
+/// The part of a table whose paths are among `keys`. `section` ends with a dot.
+fn retained(table: Table, keys: &[String], section: &str) -> Table {
+    let kept = |(key, value)| {
+        let path = format!("{section}{key}");
+        let value = match value {
+            Value::Table(under) => {
+                let under = retained(under, keys, &format!("{path}."));
+                (!under.is_empty()).then_some(Value::Table(under))
+            }
+            value => keys.contains(&path).then_some(value),
+        };
+        value.map(|value| (key, value))
+    };
+    table.into_iter().filter_map(kept).collect()
+}
+
+/// Reads a text that may hold any part of a `T`, but only keys of the template.
+pub(super) fn parse<T: DeserializeOwned>(template: &str, text: &str) -> Result<T, toml::de::Error> {
+    // Texts that are too long or too deep are refused here.
+    toml_text::parse::<Table>(text)?;
+    let table = DeTable::parse(text)?;
+    check_keys(table.get_ref(), &settable(template), "", text)?;
+    toml_text::parse(text)
+}
+
+/// Refuses other keys than `keys`. `section` ends with a dot.
+fn check_keys(
+    table: &DeTable<'_>,
+    keys: &[String],
+    section: &str,
+    text: &str,
+) -> Result<(), toml::de::Error> {
+    for (key, value) in table {
+        let path = format!("{section}{}", key.get_ref());
+        let under = format!("{path}.");
+        let is_section = keys.iter().any(|known| known.starts_with(&under));
+        if !is_section && !keys.contains(&path) {
+            let before = text.get(..key.span().start).unwrap_or_default();
+            let line = 1 + before.matches('\n').count();
+            let here = keys.iter().filter_map(|known| known.strip_prefix(section));
+            let mut names: Vec<_> = here.filter_map(|known| known.split('.').next()).collect();
+            names.dedup();
+            return Err(toml::de::Error::custom(format!(
+                "line {line}: unknown key `{path}`, expected one of `{}`",
+                names.join("`, `")
+            )));
+        }
+        if let (true, DeValue::Table(inner)) = (is_section, value.get_ref()) {
+            check_keys(inner, keys, &under, text)?;
+        }
+    }
+    Ok(())
+}
+
+/// A protocol of `stability` from a text (TOML), which may leave out any number.
+///
+/// # Errors
+/// If the text is not TOML, names no protocol, or has unknown keys.
+pub fn protocol_of_text(text: &str) -> Result<Protocol, toml::de::Error> {
+    let table: Table = toml_text::parse(text)?;
+    match table.get("protocol").and_then(Value::as_str) {
+        Some("drop") => parse(DROP, text),
+        Some("six-directions") => parse(SIX_DIRECTIONS, text),
+        _ => toml_text::parse(text),
+    }
 }
 
 /// The value of a path of keys.
@@ -172,7 +256,7 @@ impl Given {
     /// Reads a file that may hold any part of a `T`.
     fn read<T: Serialize + for<'a> Deserialize<'a>>(
         path: &Path,
-        verb: &'static str,
+        (verb, template): (&'static str, &str),
     ) -> Result<(Self, T), ConfigurationError> {
         let text = std::fs::read_to_string(path).map_err(|source| ConfigurationError::Read {
             path: path.to_path_buf(),
@@ -185,7 +269,7 @@ impl Given {
         };
         // Read as what it must be first, so that errors name lines.
         let typed: T =
-            toml_text::parse(&text).map_err(|error| given(Table::new()).refused(error))?;
+            parse(template, &text).map_err(|error| given(Table::new()).refused(error))?;
         let table = toml::from_str(&text).map_err(|error| given(Table::new()).refused(error))?;
         let given = given(table);
         ranges::check(&given.table, &plain(&typed)).map_err(|(key, beyond)| {
@@ -222,12 +306,11 @@ impl Given {
 
 /// The keys of a file of `build`.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 struct BuildFile {
     temperature: Option<f64>,
     force: Option<f64>,
     search: Option<MapSearch>,
-    choice: Option<ChoiceSettings>,
     map: Option<MapSettings>,
 }
 
@@ -237,12 +320,11 @@ impl GraspMapSettings {
     /// # Errors
     /// If the file cannot be read, has unknown keys, or a number is out of its range.
     pub fn with_file(self, path: &Path) -> Result<Self, ConfigurationError> {
-        let (given, file) = Given::read::<BuildFile>(path, "build")?;
+        let (given, file) = Given::read::<BuildFile>(path, ("build", BUILD))?;
         Ok(Self {
             map: given.over("map", &self.map)?,
             temperature: file.temperature.or(self.temperature),
             force: file.force.or(self.force),
-            choice: given.over("choice", &self.choice)?,
             search: file.search.unwrap_or(self.search),
         })
     }
@@ -250,7 +332,7 @@ impl GraspMapSettings {
 
 /// The keys of a file of `surface`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 struct SurfaceFile {
     search: Option<SearchSettings>,
     lowest: Option<LowestSettings>,
@@ -277,7 +359,8 @@ impl SurfaceConfiguration {
     /// # Errors
     /// If the file cannot be read, has unknown keys, or a number is out of its range.
     pub fn read(path: Option<&Path>) -> Result<Self, ConfigurationError> {
-        let read = |path| Given::read::<SurfaceFile>(path, "surface").map(|(given, _)| given);
+        let read =
+            |path| Given::read::<SurfaceFile>(path, ("surface", SURFACE)).map(|(given, _)| given);
         Ok(Self(path.map(read).transpose()?))
     }
 

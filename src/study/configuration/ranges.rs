@@ -3,40 +3,24 @@
 use toml::{Table, Value};
 
 use crate::limits::{
-    Beyond, COUNT_SETTING, COUNT_SETTING_OR_ZERO, EFFORT_SETTING, GRID_SETTING, Limit,
-    NEIGHBOURS_SETTING, POSITIVE_SETTING, SEED_SETTING, SETTING, SHARE,
+    Beyond, COUNT_SETTING, COUNT_SETTING_OR_ZERO, EFFORT_SETTING, Limit, NEIGHBOURS_SETTING,
+    POSITIVE_SETTING, SEED_SETTING, SETTING,
 };
 
 /// Keys of numbers that are not merely positive. All others that may have a fraction are [`POSITIVE_SETTING`]s, and all
 /// counts are [`COUNT_SETTING`]s.
-const RANGES: [(&str, Limit); 27] = [
-    ("attempts", COUNT_SETTING),
+const RANGES: [(&str, Limit); 11] = [
     ("barrier", SETTING),
     ("ceiling", SETTING),
-    ("coarse_iterations", COUNT_SETTING_OR_ZERO),
-    ("energy_tolerance", SETTING),
-    ("halvings", GRID_SETTING),
-    ("highest", SETTING),
-    ("insertions", GRID_SETTING),
-    ("iterations", COUNT_SETTING_OR_ZERO),
-    ("join_rounds", COUNT_SETTING_OR_ZERO),
-    ("least_rounds", COUNT_SETTING_OR_ZERO),
     ("max_evaluations", EFFORT_SETTING),
     ("max_searches", EFFORT_SETTING),
     ("max_steps", EFFORT_SETTING),
-    ("moves", COUNT_SETTING_OR_ZERO),
     ("neighbours", NEIGHBOURS_SETTING),
-    ("refinement_steps", COUNT_SETTING_OR_ZERO),
     ("replicas", COUNT_SETTING_OR_ZERO),
-    ("resamplings", COUNT_SETTING_OR_ZERO),
-    ("retry_rounds", COUNT_SETTING_OR_ZERO),
-    ("rivalry", SHARE),
-    ("rounds", COUNT_SETTING_OR_ZERO),
     ("roughness", SETTING),
     ("searches", COUNT_SETTING_OR_ZERO),
     ("seed", SEED_SETTING),
     ("segments", NEIGHBOURS_SETTING),
-    ("settled", SHARE),
 ];
 
 /// Checks the numbers that a file gives; the error has the key with its sections. `typed` is the file as its settings have
@@ -52,14 +36,6 @@ pub(super) fn check(given: &Table, typed: &Table) -> Result<(), (String, Beyond)
             }
             (Value::Float(number), _) => (*number, POSITIVE_SETTING),
             (Value::Integer(number), _) => (*number as f64, COUNT_SETTING),
-            (Value::Array(numbers), _) => {
-                for number in numbers.iter().filter_map(Value::as_float) {
-                    POSITIVE_SETTING
-                        .check(number)
-                        .map_err(|beyond| (key.clone(), beyond))?;
-                }
-                continue;
-            }
             _ => continue,
         };
         let limit = RANGES

@@ -54,7 +54,6 @@ fn settings_of_build(energy: &EnergySettings) -> GraspMapSettings {
         map: map_of(energy),
         temperature: None,
         force: None,
-        choice: ChoiceSettings::default(),
         search: MapSearch::default(),
     }
 }
@@ -75,7 +74,6 @@ fn read(of: &ConfigurationFile, text: &str) -> Result<Table, String> {
                 temperature: found.temperature,
                 force: found.force,
                 search: Some(found.search),
-                choice: Some(found.choice),
                 map: Some(found.map),
             }))
         }
@@ -90,7 +88,7 @@ fn read(of: &ConfigurationFile, text: &str) -> Result<Table, String> {
             }))
         }
         ConfigurationFile::Stability(_) => {
-            let found: Protocol = toml_text::parse(text).map_err(|error| error.to_string())?;
+            let found: Protocol = protocol_of_text(text).map_err(|error| error.to_string())?;
             found.validate().map_err(|error| told(&error))?;
             Ok(plain(&found))
         }
@@ -137,10 +135,8 @@ fn templates_explain_every_key() {
         known.extend(
             told.iter()
                 .filter(|key| {
-                    let without_value = ["temperature", "force", "barrier", "highest"];
-                    let tried = ["choice.temperatures", "choice.forces", "choice.pairs"];
+                    let without_value = ["temperature", "force", "barrier"];
                     without_value.contains(&key.rsplit('.').next().unwrap_or_default())
-                        || tried.contains(&key.as_str())
                 })
                 .cloned(),
         );
@@ -175,7 +171,6 @@ fn others(key: &str, value: &Value) -> Vec<Value> {
             let words: &[&str] = match key {
                 "search" => &["adelm"],
                 "worst" => &["chain", "saddle"],
-                "combine" => &["average", "minimum"],
                 "protocol" => &[],
                 other => panic!("no other value of {other} is known"),
             };
@@ -219,10 +214,6 @@ fn every_key_can_be_changed() {
                     let mut given = Table::new();
                     if let Some(protocol) = &protocol {
                         given.insert("protocol".to_owned(), protocol.clone());
-                    }
-                    // A protocol has the three numbers of its friction, or none.
-                    if let ["friction", _] = path.as_slice() {
-                        set(&mut given, &path[..1], whole["friction"].clone());
                     }
                     set(&mut given, &path, value.clone());
                     let found = read(&of, &given.to_string());
@@ -269,14 +260,8 @@ fn mistakes_name_file_and_line() {
             "[map.path]\nsegments = 1000000000\n",
             "map.path.segments = 1e9 is not",
         ),
-        (
-            "[map.chain]\ntemperature = nan\n",
-            "map.chain.temperature = NaN is not",
-        ),
-        (
-            "[map.chain]\ntemperature = inf\n",
-            "map.chain.temperature = inf is not",
-        ),
+        ("temperature = nan\n", "temperature = NaN is not"),
+        ("temperature = inf\n", "temperature = inf is not"),
         ("force = -1.0\n", "force = -1 is not"),
         ("temperature = 0\n", "temperature = 0 is not from 1e-15"),
         ("[map]\nneighbours = 2.5\n", "expected a whole number"),
@@ -323,17 +308,28 @@ fn scales_of_a_file_replace_those_that_were_measured() {
     assert_ne!(MapSettings::default(), default_map());
 }
 
+/// More keys than anybody can know are no help: a new one must replace another or be worth it.
 #[test]
-fn what_is_tried_for_the_chains_can_be_set() {
-    let usual = settings_of_build(&EnergySettings::default());
-    let (_folder, path) = file("[choice]\ntemperatures = [0.02, 0.01]\npairs = 3\n");
-    let found = usual.clone().with_file(&path).unwrap().choice;
-    assert_eq!(found.temperatures, Some(vec![0.02, 0.01]));
-    assert_eq!(found.pairs, Some(3));
-    assert_eq!(found.forces, None);
-    for wrong in ["temperatures = [0.01, -1.0]", "pairs = 0"] {
-        let (_folder, path) = file(&format!("[choice]\n{wrong}\n"));
-        let message = usual.clone().with_file(&path).unwrap_err().to_string();
-        assert!(message.contains("choice."), "{message}");
+fn files_have_few_keys() {
+    let templates = [SYNTH, BUILD, SURFACE, DROP, SIX_DIRECTIONS];
+    let count: usize = templates
+        .map(|template| settable(template).len())
+        .iter()
+        .sum();
+    assert!(count <= 80, "{count} keys");
+}
+
+/// Fields of the settings that no template has cannot be set.
+#[test]
+fn only_keys_of_the_template_can_be_set() {
+    for (of, text) in all().iter().zip([
+        "[energy.layer]\npatch_spacing_m = 0.02\n",
+        "[map.chain]\nescalation = 3.0\n",
+        "[search.quench]\nmax_step = 0.1\n",
+        "protocol = \"drop\"\nrest = { time_s = 1.0 }\n",
+        "protocol = \"six-directions\"\nsolver = { substeps = 3 }\n",
+    ]) {
+        let refusal = read(of, text).unwrap_err();
+        assert!(refusal.contains("line 2: unknown key"), "{refusal}");
     }
 }

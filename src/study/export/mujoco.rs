@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use super::text::{comment, name, numbers, obj};
 use super::tree::{Attached, Moving, attached, names};
 use super::{ExportError, ExportedFile, check_rigid};
-use crate::evaluation::stability::{SixDirections, Solid, joint_targets};
+use crate::evaluation::stability::{SixDirections, Solid, Squeeze, joint_targets};
 use crate::figure::MAKER;
 use crate::grasp::Grasp;
 use crate::hand::{Capsule, Frame, Hand, JointKind, LinkId};
@@ -106,7 +106,6 @@ impl Writer<'_> {
             mass_kg,
             ..
         } = self.scene;
-        let squeeze = &six.squeeze;
         format!(
             "<mujoco model=\"{}\">\n  \
              <!-- Made by {MAKER}: hand {} on {}, which weighs {mass_kg} kg; here {} kg, as in the test of six directions. -->\n  \
@@ -122,8 +121,8 @@ impl Writer<'_> {
             comment(&hand.name),
             comment(object),
             six.mass_kg,
-            squeeze.armature_kg_m2,
-            friction = six.friction.effective(),
+            Squeeze::ARMATURE_KG_M2,
+            friction = six.friction,
         )
     }
 
@@ -183,7 +182,7 @@ impl Writer<'_> {
             } else {
                 [0.0; 2]
             };
-            let density = self.scene.six.squeeze.density_kg_m3;
+            let density = Squeeze::DENSITY_KG_M3;
             let mass = hand.link_mass(part.id, density, least);
             if mass.mass_kg > 0.0 {
                 inertial(text, &indent, mass.mass_kg, &mass.centre, &mass.inertia);

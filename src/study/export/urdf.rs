@@ -95,7 +95,7 @@ fn link(
     } else {
         [0.0; 2]
     };
-    let mass = hand.link_mass(part.id, Squeeze::default().density_kg_m3, least);
+    let mass = hand.link_mass(part.id, Squeeze::DENSITY_KG_M3, least);
     if mass.mass_kg > 0.0 {
         let i = &mass.inertia;
         let _ = writeln!(

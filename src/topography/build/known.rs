@@ -6,6 +6,7 @@ use super::{LandscapeBuilder, claim};
 use crate::optimize::Quench;
 use crate::topography::barrier::{Connection, Start, rising_term};
 use crate::topography::network::{Edge, Evidence, MinimumId};
+use crate::topography::path::HEIGHT_TOLERANCE;
 use crate::topography::support::Attempt;
 
 impl LandscapeBuilder<'_> {
@@ -117,7 +118,7 @@ impl LandscapeBuilder<'_> {
         };
         let floor = self.minima[pair.0].energy.max(self.minima[pair.1].energy);
         let tie = self.settings.sameness.energy;
-        let slack = self.settings.path.height_tolerance * (known.edge.height - floor) + tie;
+        let slack = HEIGHT_TOLERANCE * (known.edge.height - floor) + tie;
         let evaluations = known.evaluations + new.evaluations;
         if claim(&new).beats(claim(known), tie, slack) {
             *known = new;

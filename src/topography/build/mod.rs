@@ -36,6 +36,11 @@ pub(super) use rest::by_energy;
 pub use settings::MapSettings;
 use waypoints::Waypoints;
 
+/// Rounds that join separate components. What is apart after them stays apart.
+const JOIN_ROUNDS: usize = 3;
+/// Rounds that relax the connections that decide the tree for longer, each with twice the effort of the one before.
+const RETRY_ROUNDS: usize = 2;
+
 /// Maps the surface between `minima`.
 ///
 /// Connects near pairs by straight lines, joins separate components, searches for lower ways across every merge of the tree by
@@ -267,10 +272,9 @@ impl LandscapeBuilder<'_> {
         Ok(())
     }
 
-    /// Connects pairs of minima in separate components.
+    /// Connects pairs of minima in separate components, each by its shortest untried link.
     fn join_components(&mut self) -> Result<(), JournalError> {
-        let most = self.settings.join_rounds;
-        for round in 0..most {
+        for round in 0..JOIN_ROUNDS {
             let component = self.components();
             let pairs = bridges(&self.distances, &component, &|pair| {
                 self.tried.contains_key(&pair) || self.is_settled(pair)
@@ -278,7 +282,7 @@ impl LandscapeBuilder<'_> {
             if pairs.is_empty() {
                 break;
             }
-            let tally = (self.run).tally_of_round(Phase::Join, (round, most), pairs.len());
+            let tally = (self.run).tally_of_round(Phase::Join, (round, JOIN_ROUNDS), pairs.len());
             self.connect(&pairs, &tally)?;
         }
         Ok(())
@@ -286,13 +290,12 @@ impl LandscapeBuilder<'_> {
 
     /// Relaxes the connections that decide the tree for longer if their evidence is a chain or worse.
     fn retry_upper_bounds(&mut self) -> Result<(), JournalError> {
-        let most = self.settings.retry_rounds;
-        for round in 0..most {
+        for round in 0..RETRY_ROUNDS {
             let pairs = self.unsure();
             if pairs.is_empty() {
                 break;
             }
-            let tally = (self.run).tally_of_round(Phase::Retry, (round, most), pairs.len());
+            let tally = (self.run).tally_of_round(Phase::Retry, (round, RETRY_ROUNDS), pairs.len());
             for pair in &pairs {
                 self.tried
                     .entry(*pair)

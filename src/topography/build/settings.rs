@@ -15,7 +15,7 @@ use crate::topography::scales::{Scales, median};
 
 /// Settings of [`build_landscape`](super::build_landscape). [`MapSettings::for_scales`] sets all that have units from one energy and one length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct MapSettings {
     /// Number of nearest minima to connect each minimum with. The minimum spanning tree of the distances is always added.
     pub neighbours: usize,
@@ -24,10 +24,6 @@ pub struct MapSettings {
     pub batch: usize,
     /// Whether to skip pairs that known passes already join at the energy of the higher minimum, the lowest possible.
     pub pruned: bool,
-    /// Rounds that join separate components, each by its shortest untried link.
-    pub join_rounds: usize,
-    /// Rounds that relax the connections that decide the tree for longer, if their evidence is a chain or worse.
-    pub retry_rounds: usize,
     /// Greatest number of independent searches across each merge of the tree, half of them in each direction; 0 for none. A
     /// merge is searched no more once a lower way across it is unlikely ([`chance_of_lower`](crate::topography::chance_of_lower)),
     /// but for four further searches that begin with a free walk.
@@ -63,8 +59,6 @@ impl MapSettings {
             neighbours: 8,
             batch: 64,
             pruned: true,
-            join_rounds: 3,
-            retry_rounds: 2,
             searches: 10,
             chain: ChainSettings::for_scales(energy, length),
             path: PathSettings::for_scales(energy, length),

@@ -17,6 +17,7 @@ pub use pass::Pass;
 pub(super) use pass::{descend, descend_one_way, leave_ridges};
 pub(super) use relax::relax;
 use serde::{Deserialize, Serialize};
+pub(super) use settings::HEIGHT_TOLERANCE;
 pub use settings::{LoweringSettings, PathSettings};
 #[cfg(feature = "chemistry")]
 pub(super) use tops::tops;

@@ -12,7 +12,7 @@
 use super::images::Images;
 use super::lower::{Lowered, lower, over};
 use super::pass::{Pass, Peak, Refined};
-use super::settings::{LoweringSettings, PathSettings};
+use super::settings::{DEPARTURE, HEIGHT_TOLERANCE, LoweringSettings, PathSettings};
 use super::{Path, near, spread};
 use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
@@ -112,7 +112,7 @@ pub(in crate::topography) fn relax(
         };
         outcome.start = start;
         passes.append(&mut outcome.passes);
-        let slack = settings.height_tolerance * (outcome.height - floor) + sameness.energy;
+        let slack = HEIGHT_TOLERANCE * (outcome.height - floor) + sameness.energy;
         let beaten = |known: &Outcome| outcome.claim().beats(known.claim(), sameness.energy, slack);
         if best.as_ref().is_none_or(beaten) {
             best = Some(outcome);
@@ -191,7 +191,7 @@ impl<'a> Relaxation<'a> {
                 loose = None;
                 break true;
             };
-            let slack = self.settings.height_tolerance * (pinned.0 - floor) + self.sameness.energy;
+            let slack = HEIGHT_TOLERANCE * (pinned.0 - floor) + self.sameness.energy;
             if peak.energy <= pinned.0 + slack {
                 // It is not worth a refinement, but the path goes over it.
                 loose = (peak.energy > pinned.0).then_some(peak);
@@ -306,7 +306,7 @@ impl<'a> Relaxation<'a> {
     fn insert(&self, images: &mut Images<'_>, floor: f64) {
         for _ in 0..self.settings.insertions {
             let barrier = (images.path.height() - floor).max(0.0);
-            let tolerance = self.settings.departure * barrier + self.settings.energy_tolerance;
+            let tolerance = DEPARTURE * barrier + self.settings.energy_tolerance;
             let Some(finer) = images.inserted(tolerance) else {
                 break;
             };
@@ -318,7 +318,7 @@ impl<'a> Relaxation<'a> {
     /// Whether a peak that could not be refined to a pass is nevertheless stationary, with unchanged height.
     fn settled(&self, peak: Option<&Peak>, before: Option<f64>, floor: f64) -> bool {
         peak.zip(before).is_some_and(|(peak, before)| {
-            let slack = self.settings.height_tolerance * (peak.energy - floor);
+            let slack = HEIGHT_TOLERANCE * (peak.energy - floor);
             (peak.energy - before).abs() <= slack + self.sameness.energy
                 && peak.residual(self.energy) <= self.settings.force_tolerance
         })

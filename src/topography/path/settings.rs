@@ -2,9 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Greatest change of a height under doubling, relative to the barrier.
+pub(in crate::topography) const HEIGHT_TOLERANCE: f64 = 0.01;
+/// Difference from the cubic through its ends above which a segment is split, relative to the barrier: several times the
+/// tolerance of heights, because the top is refined afterwards.
+pub(super) const DEPARTURE: f64 = 0.05;
+
 /// Settings of path relaxation. [`PathSettings::for_scales`] sets all that have units from one energy and one length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct PathSettings {
     /// Number of segments before any is split.
     pub segments: usize,
@@ -12,8 +18,6 @@ pub struct PathSettings {
     pub detour: f64,
     /// Rounds, before a top is refined, that split segments where the surface differs from the cubic through their ends.
     pub insertions: usize,
-    /// Difference above which a segment is split, relative to the barrier.
-    pub departure: f64,
     /// Iterations before the lowest of several starts is chosen.
     pub coarse_iterations: usize,
     /// A rough path is relaxed too if it would win by sinking by this fraction of its barrier.
@@ -26,8 +30,6 @@ pub struct PathSettings {
     pub max_step: f64,
     /// Greatest force at the top of a relaxed path, energy per length.
     pub force_tolerance: f64,
-    /// Greatest change of the height under doubling, relative to the barrier.
-    pub height_tolerance: f64,
     /// Greatest number of steps in the refinement of one pass.
     pub refinement_steps: usize,
     /// Length at which such a step along one mode saturates, however far Newton's method would go.
@@ -46,7 +48,7 @@ pub struct PathSettings {
 
 /// Settings for lowering the tops of paths.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct LoweringSettings {
     /// Greatest distance between neighbouring points of the path.
     pub spacing: f64,
@@ -80,14 +82,12 @@ impl PathSettings {
             segments: 12,
             detour: 1.5,
             insertions: 3,
-            departure: 0.05,
             coarse_iterations: 60,
             rivalry: 0.25,
             iterations: 60,
             rounds: 4,
             max_step: 0.05 * length,
             force_tolerance: 0.01 * energy / length,
-            height_tolerance: 0.01,
             refinement_steps: 60,
             saturation: length,
             push: 0.01 * length,
@@ -106,6 +106,6 @@ fn is_zero(roughness: &f64) -> bool {
 impl PathSettings {
     /// Change of height that is ignored for a barrier of this height.
     pub(super) fn slack(&self, barrier: f64) -> f64 {
-        self.height_tolerance * barrier + self.energy_tolerance
+        HEIGHT_TOLERANCE * barrier + self.energy_tolerance
     }
 }

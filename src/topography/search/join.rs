@@ -17,6 +17,9 @@ use crate::topography::network::{Edge, Evidence, Minimum, MinimumId};
 use crate::topography::pairs::{BetweenMinima, Distances, bridges};
 use crate::topography::path::{PathSettings, geodesics, relax};
 
+/// Times that components are joined before paths count as joining them.
+const JOIN_ROUNDS: usize = 2;
+
 #[derive(Default)]
 pub(super) struct Joiner {
     joins: usize,
@@ -44,11 +47,10 @@ impl Joiner {
         energy: &dyn Energy,
         run: &Run<'_>,
     ) -> Result<bool, JournalError> {
-        let most = searcher.settings.join_rounds;
-        let mut bounding = self.joins >= most;
+        let mut bounding = self.joins >= JOIN_ROUNDS;
         self.joins += 1;
         let mut before = usize::MAX;
-        while most > 0 && !run.is_over() {
+        while !run.is_over() {
             let known = if bounding { &self.bounds[..] } else { &[] };
             let component = census.components_with(known);
             let parts = component.iter().collect::<BTreeSet<_>>().len();
@@ -58,7 +60,9 @@ impl Joiner {
             if bounding {
                 before = parts;
             }
-            if self.relax_round(&component, searcher, census, energy, run)? && self.joins <= most {
+            if self.relax_round(&component, searcher, census, energy, run)?
+                && self.joins <= JOIN_ROUNDS
+            {
                 return Ok(true);
             }
             bounding = true;

@@ -51,6 +51,9 @@ use super::{Phase, Tally};
 use crate::energy::{Counted, Energy};
 use crate::sample::Rng;
 
+/// Searches between two updates of the census. It affects the result, so it must not depend on the number of threads.
+const BATCH: usize = 32;
+
 /// Draws a random point of the region of interest.
 pub type Draw<'a> = dyn Fn(&mut Rng) -> Vec<f64> + Sync + 'a;
 
@@ -222,7 +225,7 @@ impl Explorer<'_> {
     }
 
     fn search_batch(&mut self, searcher: &Searcher<'_>, run: &Run<'_>) -> Result<(), JournalError> {
-        let plan: Vec<Start> = (0..self.settings.batch.max(1))
+        let plan: Vec<Start> = (0..BATCH)
             .map(|_| self.queue.pop_front().unwrap_or(Start::Random))
             .collect();
         let census = &self.census;

@@ -15,7 +15,7 @@ const STEEP: f64 = 1e4;
 
 /// Settings of [`explore`](super::explore). [`SearchSettings::measured`] takes all units from the surface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct SearchSettings {
     /// Distance over which the curvature of the surface changes: the longest step of a search.
     pub length: f64,
@@ -30,14 +30,10 @@ pub struct SearchSettings {
     pub steps: usize,
     /// Number of modes followed from each minimum in both directions, softest first.
     pub modes: usize,
-    /// Searches between two updates of the census. It affects the result, so it must not depend on the number of threads.
-    pub batch: usize,
     /// The search ends when (searches since the last new point) reaches this number times (stationary points found).
     pub patience: usize,
     /// Greatest number of searches.
     pub max_searches: usize,
-    /// Rounds that join separate components by relaxing paths.
-    pub join_rounds: usize,
     /// Seed of all random draws.
     pub seed: u64,
 }
@@ -62,10 +58,8 @@ impl SearchSettings {
             sameness: scales.sameness(),
             steps: 80,
             modes: 1000,
-            batch: 32,
             patience: 120,
             max_searches: 100_000,
-            join_rounds: 2,
             seed: 0,
         }
     }

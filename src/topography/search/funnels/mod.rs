@@ -51,10 +51,16 @@ const PROMISE: usize = 3;
 const PATHS: [usize; 2] = [4, 16];
 /// Relative change of the sum of all depths below which the tree is the same.
 const SAME: f64 = 0.01;
+/// Tasks of the growth between two updates. It affects the result, so it must not depend on the number of threads.
+const BATCH: usize = 32;
+/// The growth ends when the tree has not changed for this share of all rounds: it has then withstood as many as made it.
+const SETTLED: f64 = 0.5;
+/// Least number of rounds of the growth, so that a lucky first tree does not end it.
+const LEAST_ROUNDS: usize = 100;
 
 /// Settings of [`explore_lowest`], beside those of [`SearchSettings`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(default)]
 pub struct LowestSettings {
     /// Number of the lowest minima whose tree is sought.
     pub minima: usize,
@@ -63,12 +69,6 @@ pub struct LowestSettings {
     /// A run of hops ends when (hops since its lowest minimum) reaches this number for each tangent, and as many as it took
     /// to find that minimum.
     pub patience: usize,
-    /// Tasks of the growth between two updates. It affects the result, so it must not depend on the number of threads.
-    pub batch: usize,
-    /// The growth ends when the tree has not changed for this share of all rounds.
-    pub settled: f64,
-    /// Least number of rounds of the growth.
-    pub least_rounds: usize,
 }
 
 impl Default for LowestSettings {
@@ -77,9 +77,6 @@ impl Default for LowestSettings {
             minima: 150,
             finds: 4,
             patience: 60,
-            batch: 32,
-            settled: 0.5,
-            least_rounds: 100,
         }
     }
 }
@@ -332,8 +329,8 @@ impl Growth<'_> {
             }
             self.report.rounds = round;
             let idle = round - self.report.last_change;
-            let enough = self.lowest.settled * round as f64;
-            if round >= self.lowest.least_rounds && idle as f64 >= enough && depths.is_finite() {
+            let enough = SETTLED * round as f64;
+            if round >= LEAST_ROUNDS && idle as f64 >= enough && depths.is_finite() {
                 return Ok(());
             }
             if self.tasks >= self.settings.max_searches as u64 || self.run.is_over() {
@@ -369,9 +366,9 @@ impl Growth<'_> {
         };
         let mut plans = Vec::new();
         let share = PATHS[usize::from(apart.is_empty())];
-        let paths = self.lowest.batch.div_ceil(share);
+        let paths = BATCH.div_ceil(share);
         let Some(fork) = fork else {
-            self.climbs(&mut plans, self.lowest.batch, f64::INFINITY, &|_| true);
+            self.climbs(&mut plans, BATCH, f64::INFINITY, &|_| true);
             return plans;
         };
         let height = fork.height;
@@ -396,11 +393,9 @@ impl Growth<'_> {
         let sides = sides(&self.pool, fork.bottoms, height);
         // Any lower way leaves each side over a saddle that is not known yet, so it is found from either side. The smaller side
         // is soon exhausted, and it must not wait for the larger one.
-        let count = plans.len() + (self.lowest.batch - plans.len()) / 2;
+        let count = plans.len() + (BATCH - plans.len()) / 2;
         self.climbs(&mut plans, count, height, &|site| sides[site] == Some(0));
-        self.climbs(&mut plans, self.lowest.batch, height, &|site| {
-            sides[site] == Some(1)
-        });
+        self.climbs(&mut plans, BATCH, height, &|site| sides[site] == Some(1));
         plans
     }
 
