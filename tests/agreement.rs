@@ -13,8 +13,6 @@ use landscape::agreement::{
 use landscape::sample::{Rng, Task, stream};
 use rand::RngExt;
 use rand::seq::SliceRandom;
-
-type Statistic<'a> = Box<dyn Fn(&[usize]) -> f64 + Sync + 'a>;
 type Points = [[f64; 2]; 12];
 const P: Points = [
     [1., 2.],
@@ -185,64 +183,6 @@ fn planted() -> (PairMatrix, Vec<usize>) {
     let labels: Vec<usize> = (0..18).map(|i| i / 6).collect();
     let matrix = PairMatrix::from_fn(18, |i, j| if i / 6 == j / 6 { 1.0 } else { 3.0 });
     (matrix, labels)
-}
-
-#[test]
-fn planted_partitions_are_found() {
-    let (near, labels) = planted();
-    let blocks = vec![0; 18];
-    assert_close(anosim(&near, &labels), 1.0);
-    assert!(
-        silhouette(&near, &labels)
-            .iter()
-            .all(|s| (s - 2.0 / 3.0).abs() < 1e-15)
-    );
-    // SS = (45 + 108·9)/18, within 3·15/6.
-    let within = 7.5;
-    let f = ((1017.0 / 18.0 - within) / 2.0) / (within / 15.0);
-    assert_close(permanova(&near, &labels), f);
-    assert!(
-        dispersions(&near, &labels)
-            .iter()
-            .all(|z| (z - (5.0_f64 / 12.0).sqrt()).abs() < 1e-15)
-    );
-    let ratio = barrier_ratio(&near, &labels, [0, 2]);
-    assert_close(ratio.ratio, 3.0);
-    assert_close(ratio.delta, 1.0);
-    assert_eq!((ratio.between, ratio.within), (36, 30));
-    // Only cases of one class are joined.
-    let graph = PairMatrix::from_fn(18, |i, j| if i / 6 == j / 6 { 2.0 } else { f64::NAN });
-    assert_close(assortativity(&graph, &labels).0, 1.0);
-    assert_close(morans_i(&graph, &indicator(&labels, 1)), 1.0);
-    // And only cases of different ones: everything across.
-    let reversed = PairMatrix::from_fn(4, |i, j| f64::from(u8::from(i / 2 != j / 2)));
-    assert_close(assortativity(&reversed, &[0, 0, 1, 1]).0, -1.0);
-    assert_close(morans_i(&reversed, &indicator(&[0, 0, 1, 1], 0)), -1.0);
-
-    let tree = Dendrogram::new(&near);
-    let cuts = cuts_between(&tree, [2, 20]);
-    let ranks = near.ranks();
-    let statistics: [Statistic<'_>; 6] = [
-        Box::new(|labels| tree.purity(labels, &[1.0; 18])),
-        Box::new(|labels| highest(&cuts, labels, adjusted_rand)),
-        Box::new(|labels| highest(&cuts, labels, adjusted_mutual_information)),
-        Box::new(|labels| anosim_of_ranks(&ranks, labels)),
-        Box::new(|labels| permanova(&near, labels)),
-        Box::new(|labels| morans_i(&graph, &indicator(labels, 0))),
-    ];
-    for statistic in &statistics {
-        let tested = test_labels(&labels, &blocks, &few(199), statistic)
-            .known()
-            .unwrap();
-        assert_close(tested.p, 0.005);
-        assert!(
-            tested.statistic > tested.chance + 3.0 * tested.deviation,
-            "{tested:?}"
-        );
-    }
-    // Each class a block: permutations within blocks change nothing.
-    let tested = test_labels(&labels, &labels, &few(99), |labels| anosim(&near, labels));
-    assert_close(tested.known().unwrap().p, 1.0);
 }
 
 #[test]

@@ -24,5 +24,6 @@ mod shapes;
 mod skipped;
 mod stability;
 mod synthesis;
+mod table;
 mod taxonomy_fixtures;
 mod toy_hand;

@@ -9,6 +9,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
 use crate::folder::names;
+use crate::table::rows;
 use landscape::store::{LandscapeFiles, StationaryRow};
 use tempfile::TempDir;
 
@@ -197,42 +198,28 @@ fn an_interrupted_search_continues() {
 #[test]
 fn mistakes_are_told() {
     let desk = Desk::new();
-    for (arguments, part) in [
-        (
-            &["ising"][..],
-            "no model is called `ising`; the models are muller-brown",
-        ),
-        (&["lj", "seven"], "write `lj N`"),
-        (&["lj", "7", "--patience", "0"], "--patience 0"),
-        (&["lj", "7", "--region=-1:1"], "has 21 coordinates, not 1"),
-        (&["muller-brown", "--region=-1:1,2"], "`2` is not low:high"),
-        (
-            &["muller-brown", "-o", "no/where"],
-            "the folder no does not exist",
-        ),
-        (&["--command", "cat"], "--region"),
-        (
-            &["--command", "cat", "--region=0:1x9", "--elements", "Ar3"],
-            "give `--coordinates atoms`",
-        ),
-        (
-            &[
-                "--command",
-                "cat",
-                "--region=0:1x9",
-                "--coordinates",
-                "atoms",
-                "--elements",
-                "Ar2",
-            ],
-            "9 coordinates for 2 atoms",
-        ),
-        (&["lj", "7", "--elements", "Ar7"], "--command"),
-        (&[], "MODEL"),
-    ] {
-        let said = desk.mistake(arguments);
-        assert!(said.contains(part), "`{part}` is missing in: {said}");
+    let cases = "
+        ising | no model is called `ising`; the models are muller-brown
+        lj seven | write `lj N`
+        lj 7 --patience 0 | --patience 0
+        lj 7 --region=-1:1 | has 21 coordinates, not 1
+        muller-brown --region=-1:1,2 | `2` is not low:high
+        muller-brown -o no/where | the folder no does not exist
+        --command cat | --region
+        --command cat --region=0:1x9 --elements Ar3 | give `--coordinates atoms`
+        --command cat --region=0:1x9 --coordinates atoms --elements Ar2 | 9 coordinates for 2 atoms
+        lj 7 --elements Ar7 | --command
+    ";
+    for case in rows(cases) {
+        let arguments: Vec<&str> = case[0].split(' ').collect();
+        let said = desk.mistake(&arguments);
+        assert!(
+            said.contains(case[1]),
+            "`{}` is missing in: {said}",
+            case[1]
+        );
     }
+    assert!(desk.mistake(&[]).contains("MODEL"));
 }
 
 #[test]

@@ -6,6 +6,7 @@ use std::fs;
 use serde_json::Value;
 
 use crate::desk::{Desk, assert_says};
+use crate::table::rows;
 
 /// The published network of `tests/kinetics.rs` as files of PATHSAMPLE, and its two sets as names and as `min.a` and `min.b`.
 fn published(desk: &Desk) -> [String; 2] {
@@ -293,47 +294,21 @@ fn equal_minima_give_usual_temperatures_and_no_frustration() {
 fn mistakes_are_told() {
     let desk = Desk::empty();
     let [a, b] = published(&desk);
-    let cases = [
-        (
-            "rates nowhere --from m0 --to m1 --temperature 1".to_owned(),
-            "nowhere",
-        ),
-        (
-            format!("rates published --from {a} --to m99 --temperature 1"),
-            "m0 to m31",
-        ),
-        (
-            format!("rates published --from {a} --to g99 --temperature 1"),
-            "g0 to",
-        ),
-        (
-            format!("rates published --from {a} --to x --temperature 1"),
-            "m0,m3,g1",
-        ),
-        (
-            format!("rates published --from {a} --to {a} --temperature 1"),
-            "both in --from and in --to",
-        ),
-        (
-            format!("rates published --from {a} --to {b} --temperature 0"),
-            "above 0",
-        ),
-        (
-            format!("rates published --from {a} --to {b} --temperature 1 --friction=-1"),
-            "0 or more",
-        ),
-        (
-            "thermodynamics published --temperatures 1:2".to_owned(),
-            "LOW:HIGHxN",
-        ),
-        (
-            "thermodynamics published --free-energy-at 0".to_owned(),
-            "above 0",
-        ),
-        ("thermodynamics published/min.data".to_owned(), "is a file"),
-    ];
-    for (line, said) in cases {
-        assert_says(&desk.mistake(&line), &[said]);
+    let cases = "
+        rates nowhere --from m0 --to m1 --temperature 1 | nowhere
+        rates published --from {a} --to m99 --temperature 1 | m0 to m31
+        rates published --from {a} --to g99 --temperature 1 | g0 to
+        rates published --from {a} --to x --temperature 1 | m0,m3,g1
+        rates published --from {a} --to {a} --temperature 1 | both in --from and in --to
+        rates published --from {a} --to {b} --temperature 0 | above 0
+        rates published --from {a} --to {b} --temperature 1 --friction=-1 | 0 or more
+        thermodynamics published --temperatures 1:2 | LOW:HIGHxN
+        thermodynamics published --free-energy-at 0 | above 0
+        thermodynamics published/min.data | is a file
+    ";
+    for case in rows(cases) {
+        let line = case[0].replace("{a}", &a).replace("{b}", &b);
+        assert_says(&desk.mistake(&line), &case[1..]);
     }
     // Files without curvatures, and islands.
     let folder = desk.path("bare");

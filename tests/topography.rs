@@ -13,10 +13,13 @@ mod muller_brown;
 mod odd_energies;
 mod paths;
 mod pruning;
+mod random_surfaces;
 #[path = "../analysis/roc.rs"]
 mod roc;
 mod saddles;
+mod sampler;
 mod sequential;
 mod spaces;
+mod units;
 #[path = "../analysis/completeness/waves.rs"]
 mod waves;

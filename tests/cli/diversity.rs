@@ -3,7 +3,7 @@
 use std::fs;
 
 use crate::desk::{Desk, assert_says};
-use crate::names;
+use crate::{names, thirty_grasps};
 use landscape::evaluation::Diversity;
 use landscape::store::{AtomicFolder, GraspFile, LandscapeFiles, Overrides};
 use serde_json::Value;
@@ -143,7 +143,7 @@ fn too_few_grasps_are_refused() {
 fn plant_families(desk: &Desk, name: &str, members: [u64; 8], barrier: f64) {
     let (made, planted) = (desk.path("wells.landscape"), desk.path(name));
     if !made.exists() {
-        desk.succeed("surface double-well 3 --group-barrier 0 -q -o wells.landscape");
+        desk.succeed("surface double-well 3 --group-barrier 0 --no-report -q -o wells.landscape");
     }
     let mut files = LandscapeFiles::read(&made).unwrap();
     let mut next = 0;
@@ -230,8 +230,7 @@ fn planted_families_are_compared_at_one_level() {
 #[test]
 fn sets_of_contact_regions_have_one_definition() {
     let desk = Desk::empty();
-    let line = "synth --object ball -n 34 --steps 1 --keep all --drop 0 -o many.parquet";
-    desk.succeed(&format!("{line} -q"));
+    fs::write(desk.path("many.parquet"), thirty_grasps()).unwrap();
     desk.succeed("diversity many.parquet --resamplings 20 -q -o found");
     let observed = value(&json(&desk, "found.json"), "contacts", 0, 0);
     desk.succeed("survey many.parquet --no-map -q -o found.survey");

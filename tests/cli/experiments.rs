@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::desk::{Desk, assert_says};
-use crate::{PATIENT, STABILITY, has_ending, landscape, names, promised};
+use crate::{built, has_ending, held_grasps, landscape, names};
 use landscape::store::{GraspFile, LandscapeFiles, Overrides};
 use serde_json::Value;
 
@@ -104,15 +104,6 @@ fn a_tiny_experiment() {
         &text("summary.md"),
         &["# 3 grasps of the human hand on ball", "minima"],
     );
-    // The command that is written into the landscape makes the same one.
-    let command = files.manifest.command.strip_prefix("landscape ").unwrap();
-    let again = Desk::with_grasps();
-    again.succeed(&format!("{command} --quiet --threads 2"));
-    assert_eq!(
-        promised(&again.path("g.landscape")),
-        promised(&folder),
-        "on two threads"
-    );
 }
 
 #[test]
@@ -146,11 +137,8 @@ fn a_finished_landscape_is_drawn_compared_and_exchanged() {
     let merges = told["merges"].as_array().unwrap();
     assert!(!merges.is_empty() && merges.iter().all(|merge| merge["before"] == merge["after"]));
     assert_eq!(told["within"], 0.005);
-    fs::create_dir(out.path("data")).unwrap();
-    for name in ["min.data", "ts.data"] {
-        fs::copy(folder.join(name), out.path("data").join(name)).unwrap();
-    }
-    out.succeed("import data");
+    out.add_database("data");
+    out.succeed("import data --no-report");
     let read = LandscapeFiles::read(&out.path("data.landscape")).unwrap();
     let energies = |files: &LandscapeFiles| -> Vec<u64> {
         files
@@ -201,19 +189,13 @@ fn groups_at_a_given_barrier() {
     let apart: Vec<u64> = (0..files.minima.len() as u64).collect();
     let grasps = desk.path("g.parquet");
     out.succeed(&format!(
-        "build {} --first 3 --group-barrier 0 -q -o apart.landscape",
-        grasps.display()
-    ));
-    let built = LandscapeFiles::read(&out.path("apart.landscape")).unwrap();
-    assert_eq!(group_of(&built), apart);
-    assert_eq!(built.manifest.group_barrier, Some(0.0));
-    assert_says(&built.manifest.command, &["--group-barrier 0"]);
-    out.succeed(&format!(
-        "build {} --first 3 --group-barrier 1e9 -q -o one.landscape",
+        "build {} --first 3 --group-barrier 1e9 --no-report -q -o one.landscape",
         grasps.display()
     ));
     let built = LandscapeFiles::read(&out.path("one.landscape")).unwrap();
     assert!(group_of(&built).iter().all(|group| *group == 0));
+    assert_eq!(built.manifest.group_barrier, Some(1e9));
+    assert_says(&built.manifest.command, &["--group-barrier 1"]);
     // Drawn again at another barrier, as it would have been drawn at once, but for the names of the groups, which are those of
     // the map.
     out.succeed(&format!("draw {g} --group-barrier 1e9 -q -o view"));
@@ -229,14 +211,11 @@ fn groups_at_a_given_barrier() {
     };
     assert!(!graph(&picture).is_empty());
     assert_eq!(graph(&text("view/disconnectivity.svg")), graph(&picture));
-    fs::create_dir(out.path("data")).unwrap();
-    for name in ["min.data", "ts.data"] {
-        fs::copy(folder.join(name), out.path("data").join(name)).unwrap();
-    }
-    out.succeed("import data --group-barrier 0");
+    out.add_database("data");
+    out.succeed("import data --group-barrier 0 --no-report");
     let read = LandscapeFiles::read(&out.path("data.landscape")).unwrap();
     assert_eq!(group_of(&read), apart);
-    out.succeed("surface double-well 1 --group-barrier 1e9 -q -o wells.landscape");
+    out.succeed("surface double-well 1 --group-barrier 1e9 --no-report -q -o wells.landscape");
     let wells = LandscapeFiles::read(&out.path("wells.landscape")).unwrap();
     assert_eq!((wells.minima.len(), wells.manifest.counts.groups), (2, 1));
     for line in [
@@ -254,8 +233,7 @@ fn what_held_in_simulation_is_mapped_and_marked() {
     let desk = Desk::with_grasps();
     let sentence = desk.early_mistake("build g.parquet --only-stable");
     assert_says(&sentence, &["--only-stable", "landscape stability"]);
-    fs::write(desk.path("p.toml"), PATIENT).unwrap();
-    desk.succeed(STABILITY);
+    fs::write(desk.path("held.parquet"), held_grasps()).unwrap();
     let (judged, _) = GraspFile::read(&desk.path("held.parquet"), Overrides::default()).unwrap();
     let ids = |stable: bool| -> BTreeSet<u64> {
         let grasps = judged.grasps.iter();
@@ -270,12 +248,12 @@ fn what_held_in_simulation_is_mapped_and_marked() {
         "{stable:?} {unstable:?}"
     );
 
-    desk.succeed("build held.parquet --only-stable -q -o held.landscape");
+    desk.succeed("build held.parquet --only-stable --no-report -q -o held.landscape");
     let files = LandscapeFiles::read(&desk.path("held.landscape")).unwrap();
     let members = files.minima.iter().flat_map(|row| row.members.clone());
     assert_eq!(members.collect::<BTreeSet<u64>>(), stable);
 
-    desk.succeed("build g.parquet -q -o all.landscape");
+    desk.succeed("build g.parquet --no-report -q -o all.landscape");
     let sentence = desk.mistake("draw all.landscape --stability g.parquet");
     assert_says(
         &sentence,
@@ -310,7 +288,7 @@ fn what_held_in_simulation_is_mapped_and_marked() {
 /// The first lines answer the question, and statistics follow for those who ask.
 #[test]
 fn first_lines_answer_the_question() {
-    let desk = Desk::with_grasps();
+    let desk = Desk::empty();
     let printed = |line: &str| {
         let output = desk.run(line);
         let said = String::from_utf8(output.stderr).unwrap();
@@ -328,14 +306,12 @@ fn first_lines_answer_the_question() {
         lines.len() == 2 && lines[1].ends_with("(2 of 3 grasps were dropped)"),
         "{brief}"
     );
-    let full = printed(&format!("{synth} -o v.parquet --verbose"));
-    assert_says(&full, &["Eq. 11 as printed", "wrote 3 grasps"]);
+    let full = printed("synth --object ball -n 1 --steps 1 --keep all --drop 0 -v -o v.parquet");
+    assert_says(&full, &["Eq. 11 as printed", "wrote 1 grasp"]);
 
-    let brief = printed("build g.parquet --first 3 -o g.landscape");
-    let counts = LandscapeFiles::read(&desk.path("g.landscape"))
-        .unwrap()
-        .manifest
-        .counts;
+    let (desk, brief) = built();
+    let files = LandscapeFiles::read(&desk.path("g.landscape")).unwrap();
+    let counts = files.manifest.counts;
     let families = if counts.groups == 1 {
         "family"
     } else {
@@ -363,10 +339,4 @@ fn first_lines_answer_the_question() {
             "## Largest families",
         ],
     );
-    let full = printed("build g.parquet --first 3 -o again.landscape --verbose --no-report");
-    assert!(
-        full.starts_with(&headline) && !full.contains("Open again"),
-        "{full}"
-    );
-    assert_says(&full, &["raw chains"]);
 }

@@ -6,13 +6,14 @@ use std::sync::Arc;
 
 use crate::desk::{Desk, assert_says};
 use crate::parts::Parts;
+use crate::table::rows;
 use arrow_array::StringArray;
 use landscape::grasp::contact::CONTACTS;
 use landscape::grasp::{EnergySettings, GraspEnergy, judge};
 use landscape::hand::{Hand, HandFiles};
 use landscape::object::Object;
 use landscape::space::{PoseSpace, Space, Symmetry};
-use landscape::store::{GraspFile, GraspRow, LandscapeFiles, Overrides};
+use landscape::store::{GraspFile, GraspRow, Overrides};
 
 /// By default there is one chain for each given grasp. Its end is near that grasp and does not depend on the number of
 /// threads.
@@ -160,27 +161,18 @@ fn mistakes_with_given_grasps() {
     mixed.grasps[0].scale = 1.5;
     mixed.write(&desk.path("mixed.parquet")).unwrap();
     fs::write(desk.path("text.parquet"), "no table").unwrap();
-    let cases: [(&str, &[&str]); 8] = [
-        ("synth --from absent.parquet", &["absent.parquet"]),
-        ("synth --from text.parquet", &["text.parquet", "Parquet"]),
-        (
-            "synth --from mixed.parquet",
-            &["--from mixed.parquet", "2 pairs of hand and object"],
-        ),
-        (
-            "synth --from g.parquet --perturb -1",
-            &["--perturb -1", " mm"],
-        ),
-        (
-            "synth --from g.parquet --perturb nan",
-            &["--perturb NaN", " mm"],
-        ),
-        ("synth --from g.parquet -n 0", &["-n 0"]),
-        ("synth --object ball --perturb 3", &["--from"]),
-        ("synth", &["--object"]),
-    ];
-    for (line, words) in cases {
-        assert_says(&desk.early_mistake(line), words);
+    let cases = "
+        synth --from absent.parquet | absent.parquet
+        synth --from text.parquet | text.parquet | Parquet
+        synth --from mixed.parquet | --from mixed.parquet | 2 pairs of hand and object
+        synth --from g.parquet --perturb -1 | --perturb -1 | mm
+        synth --from g.parquet --perturb nan | --perturb NaN | mm
+        synth --from g.parquet -n 0 | -n 0
+        synth --object ball --perturb 3 | --from
+        synth | --object
+    ";
+    for case in rows(cases) {
+        assert_says(&desk.early_mistake(case[0]), &case[1..]);
     }
 }
 
@@ -189,43 +181,6 @@ fn without_metadata(desk: &Desk, name: &str) -> Parts {
     let mut parts = Parts::of(&desk.path(name));
     parts.metadata = None;
     parts
-}
-
-/// Without metadata, flags name hand and object. The energy is the default one.
-#[test]
-fn grasps_of_others() {
-    let desk = Desk::empty();
-    desk.succeed("synth --object box -n 4 --steps 1 --keep all --seed 1 -q -o g.parquet");
-    let lost = without_metadata(&desk, "g.parquet");
-    lost.without("hand")
-        .without("object")
-        .write(&desk.path("own.parquet"));
-    assert_says(
-        &desk.early_mistake("build own.parquet"),
-        &[
-            "own.parquet",
-            "does not describe its hand and object",
-            "--hand",
-        ],
-    );
-    let said = desk.succeed("build own.parquet --hand human --object box");
-    assert_says(
-        &said,
-        &[
-            "warning: the energy of the grasps is not recorded",
-            "the default one is used",
-        ],
-    );
-    desk.succeed("build g.parquet --quiet");
-    let energies = |name: &str| {
-        let files = LandscapeFiles::read(&desk.path(name)).unwrap();
-        files
-            .minima
-            .iter()
-            .map(|row| row.energy.to_bits())
-            .collect::<Vec<_>>()
-    };
-    assert_eq!(energies("own.landscape"), energies("g.landscape"));
 }
 
 /// What rows without metadata name is what comes with the program, or what a flag gives in its place.
@@ -258,6 +213,19 @@ fn names_in_rows_without_metadata() {
     let said = desk.succeed("inspect lost.parquet");
     assert_says(&said, &["the default one is used"]);
     assert!(energy("l.parquet").is_null() && !energy("g.parquet").is_null());
+
+    let nameless = lost().without("hand").without("object");
+    nameless.write(&desk.path("nameless.parquet"));
+    assert_says(
+        &desk.early_mistake("label nameless.parquet"),
+        &[
+            "nameless.parquet",
+            "does not describe its hand and object",
+            "--hand",
+        ],
+    );
+    desk.succeed("label nameless.parquet --hand human --object ball -o l.parquet --force");
+    assert_eq!(objects("l.parquet")[0], "ball");
 
     named(&["ball", "box"]).write(&desk.path("two.parquet"));
     desk.succeed("label two.parquet -o l.parquet --force");

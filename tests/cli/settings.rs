@@ -5,7 +5,8 @@ use std::fs;
 use serde_json::Value;
 
 use crate::desk::{Desk, assert_says};
-use crate::{BUILD, landscape, promised};
+use crate::table::rows;
+use crate::{BUILD, built, landscape, promised};
 
 fn printed(desk: &Desk, line: &str) -> String {
     let output = desk.run(line);
@@ -24,7 +25,9 @@ fn recorded(desk: &Desk, folder: &str) -> Value {
 fn a_printed_file_gives_the_same_landscape() {
     let desk = Desk::with_grasps();
     fs::write(desk.path("mine.toml"), printed(&desk, "config build")).unwrap();
-    desk.succeed(&format!("{BUILD} --config mine.toml -o g.landscape"));
+    desk.succeed(&format!(
+        "{BUILD} --config mine.toml --no-report -o g.landscape"
+    ));
     let (found, usual) = (
         promised(&desk.path("g.landscape")),
         promised(&landscape().path("g.landscape")),
@@ -54,7 +57,7 @@ fn settings_of_a_file_are_used() {
     )
     .unwrap();
     desk.succeed(&format!(
-        "{BUILD} --config mine.toml --neighbours 1 -o a.landscape"
+        "{BUILD} --config mine.toml --neighbours 1 --no-report -o a.landscape"
     ));
     let text = recorded(&desk, "a.landscape").to_string();
     for part in [
@@ -95,34 +98,17 @@ fn mistakes_in_files_of_settings() {
     fs::write(desk.path("typo.toml"), "[map]\nneigbours = 3\n").unwrap();
     fs::write(desk.path("huge.toml"), "[map]\nsearches = 4000000000\n").unwrap();
     fs::write(desk.path("few.toml"), "[search]\nbatch = 0\n").unwrap();
-    for (line, words) in [
-        (
-            "build g.parquet --config typo.toml",
-            ["typo.toml", "line 2", "neigbours"],
-        ),
-        (
-            "build g.parquet --config huge.toml",
-            ["huge.toml", "map.searches = 4e9", "is not from"],
-        ),
-        (
-            "build g.parquet --config absent.toml",
-            ["cannot read", "absent.toml", ""],
-        ),
-        (
-            "surface muller-brown --config typo.toml",
-            ["typo.toml", "line 1", "landscape config surface"],
-        ),
-        (
-            "surface muller-brown --config few.toml",
-            ["few.toml", "search.batch = 0", "is not from 1"],
-        ),
-        (
-            "config surface --protocol drop",
-            ["--protocol", "stability", ""],
-        ),
-    ] {
-        let sentence = desk.early_mistake(line);
-        assert_says(&sentence, &words);
+    let cases = "
+        build g.parquet --config typo.toml | typo.toml | line 2 | neigbours
+        build g.parquet --config huge.toml | huge.toml | map.searches = 4e9 | is not from
+        build g.parquet --config absent.toml | cannot read | absent.toml
+        surface muller-brown --config typo.toml | typo.toml | line 1 | landscape config surface
+        surface muller-brown --config few.toml | few.toml | search.batch = 0 | is not from 1
+        config surface --protocol drop | --protocol | stability
+    ";
+    for case in rows(cases) {
+        let sentence = desk.early_mistake(case[0]);
+        assert_says(&sentence, &case[1..]);
         // The mistake is not one of the grasps.
         assert!(!sentence.contains("g.parquet"), "{sentence}");
     }
@@ -132,7 +118,14 @@ fn mistakes_in_files_of_settings() {
 #[test]
 fn verbose_runs_tell_what_they_do() {
     let desk = Desk::with_grasps();
-    let said = desk.succeed(&format!("{} -v", BUILD.replace(" --quiet", "")));
+    let output = desk.run(&format!("{BUILD} -v"));
+    let told = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        built().1.starts_with(told.lines().next().unwrap()),
+        "{told}"
+    );
+    assert_says(&told, &["raw chains"]);
+    let said = String::from_utf8(output.stderr).unwrap();
     assert_says(
         &said,
         &[

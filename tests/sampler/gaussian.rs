@@ -5,9 +5,9 @@ use landscape::sample::{Mala, State};
 use landscape::space::{PoseMetric, PoseSpace, Space, Symmetry};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-use crate::chain::{Rule, Run, run};
-use crate::statistics::{count, deviation, quantiles};
-use crate::{CHANCE, WRONG};
+use crate::sampler::chain::{Rule, Run, run};
+use crate::sampler::statistics::{count, deviation, quantiles};
+use crate::sampler::{CHANCE, WRONG};
 
 /// Number of tangents of a hand with two joints.
 const SIZE: usize = 8;

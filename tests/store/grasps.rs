@@ -3,7 +3,9 @@
 use std::fs;
 use std::sync::Arc;
 
-use crate::{besides_the_seal, file, grasp, hand, object, of, overrides, place, read, with_joints};
+use crate::store::{
+    besides_the_seal, file, grasp, hand, object, of, overrides, place, read, with_joints,
+};
 use arrow_array::types::{Float64Type, Int32Type};
 use arrow_array::{
     DictionaryArray, Float32Array, Int32Array, Int64Array, LargeListArray, ListArray, NullArray,

@@ -3,7 +3,7 @@
 use std::fs;
 use std::sync::Arc;
 
-use crate::{file, flipped, names, of, place, read, sentence, with_joints};
+use crate::store::{file, flipped, names, of, place, read, sentence, with_joints};
 use arrow_array::types::{Float64Type, Int32Type};
 use arrow_array::{ArrayRef, Float64Array, Int64Array, ListArray, StringArray};
 use landscape::store::{Fault, GraspFile, GraspRow};

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::{landscape, names, place, sentence};
+use crate::store::{landscape, names, place, sentence};
 use landscape::store::{AtomicFolder, FileSet, Journal, LandscapeFiles, StoreError, write_atomic};
 use serde_json::json;
 

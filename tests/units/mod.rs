@@ -1,15 +1,7 @@
 //! Results do not depend on units. Every reference surface, with lengths multiplied by 10⁻³ to 10³ and energies by 10⁻⁶ to
 //! 10⁶, has the same points, the same tree and the same claims.
-#![cfg(feature = "topography")]
-#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 mod scaled;
-#[cfg(feature = "cli")]
-mod shell;
-#[cfg(feature = "cli")]
-#[path = "../skipped/mod.rs"]
-mod skipped;
-mod stiff;
 
 use landscape::energy::model::Surface;
 use landscape::sample::{Mala, Rng, Task, stream};

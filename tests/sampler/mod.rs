@@ -1,10 +1,8 @@
-//! With the exact acceptance ratio the kernels sample known densities: a Gaussian in tangent coordinates of poses and matrix
-//! Fisher distributions of rotations. Wrong ratios are detected.
-#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+//! With the exact acceptance ratio the kernel samples a known density: a Gaussian in tangent coordinates of poses. Wrong ratios
+//! are detected.
 
 mod chain;
 mod gaussian;
-mod rotations;
 mod statistics;
 
 /// Deviation that chance may reach, in standard deviations: once in 10⁵ per number, and each test examines a few.
