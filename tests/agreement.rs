@@ -226,65 +226,6 @@ fn censored_pairs_raised_and_left_out() {
     assert!(permanova(&holes, &labels).is_nan());
 }
 
-/// For random labels p is uniform on 1/100, …, 1 by the Kolmogorov–Smirnov test at 1 %.
-///
-/// Equal values count as reaching the observed one, so p of a statistic of few values is too large. A weight a case, drawn
-/// at random and added a millionth strong, breaks such ties by chance, and p is uniform on both sides.
-#[test]
-fn p_values_of_shuffled_labels_are_uniform() {
-    const TRIALS: usize = 300;
-    let mut rng: Rng = stream(5, Task::Resampling, 0);
-    let blocks: Vec<usize> = (0..20).map(|i| i / 10).collect();
-    let mut p_values = [Vec::new(), Vec::new(), Vec::new()];
-    let mut plain = Vec::new();
-    for trial in 0..TRIALS as u64 {
-        let points: Vec<[f64; 3]> = (0..20).map(|_| rng.random()).collect();
-        let near = PairMatrix::from_fn(20, |i, j| {
-            libm::hypot(points[i][0] - points[j][0], points[i][1] - points[j][1])
-        });
-        let mut labels: Vec<usize> = (0..20).map(|i| i % 2).collect();
-        labels.shuffle(&mut rng);
-        let settings = Permutations {
-            count: 99,
-            seed: trial,
-            least_per_class: 5,
-        };
-        let tree = Dendrogram::new(&near);
-        let cuts = cuts_between(&tree, [2, 10]);
-        let ranks = near.ranks();
-        let lot = |labels: &[usize]| -> f64 {
-            let own = labels.iter().zip(&points).filter(|(label, _)| **label == 0);
-            own.map(|(_, point)| 1e-6 * point[2]).sum()
-        };
-        let p = |statistic: &(dyn Fn(&[usize]) -> f64 + Sync)| {
-            let tested = test_labels(&labels, &blocks, &settings, statistic);
-            tested.known().unwrap().p
-        };
-        let rand = |labels: &[usize]| highest(&cuts, labels, adjusted_rand);
-        p_values[0].push(p(&|labels| anosim_of_ranks(&ranks, labels) + lot(labels)));
-        p_values[1].push(p(&|labels| tree.purity(labels, &[1.0; 20]) + lot(labels)));
-        p_values[2].push(p(&|labels| rand(labels) + lot(labels)));
-        plain.push(p(&rand));
-    }
-    // Largest excess of the share of p-values up to a level over the level, and of the level over the share.
-    let off = |p: &[f64]| {
-        let at = |step: u32| {
-            let level = f64::from(step) / 100.0;
-            let below = p.iter().filter(|p| **p <= level + 1e-9).count() as f64;
-            below / TRIALS as f64 - level
-        };
-        (1..=100).map(at).fold([0.0_f64; 2], |[over, under], off| {
-            [over.max(off), under.max(-off)]
-        })
-    };
-    let bound = 1.63 / (TRIALS as f64).sqrt();
-    for p in &p_values {
-        let [over, under] = off(p);
-        assert!(over < bound && under < bound, "{over} {under}");
-    }
-    assert!(off(&plain)[0] < bound);
-}
-
 #[test]
 fn the_same_seed_gives_the_same_and_names_do_not_matter() {
     let near = distances(&P);

@@ -62,44 +62,6 @@ fn the_inside_of_a_bowl_is_one_concavity() {
     }
 }
 
-/// Bowls and pens are thin, bottles are not.
-#[test]
-fn thin_parts_are_known() {
-    for name in ["ball", "bottle_round", "box", "can"] {
-        assert!(Object::named(name).unwrap().thin_share < 1e-9, "{name}");
-    }
-    for object in [&PEN, &BOWL] {
-        assert!(object.thin_share > 0.9, "{}", object.name);
-    }
-    assert!(Object::named("hammer").unwrap().thin_share < 0.5);
-}
-
-/// The exact depth of an object in a hand is the limit, from below, of depths of ever denser points of its surface.
-#[test]
-fn nothing_hides_between_points() {
-    let samples = BOWL.mesh.sample_surface(8_000, 1);
-    let mut rng = stream(3, Task::Start, 0);
-    let (mut inside, mut narrowest) = (0, f64::INFINITY);
-    for _ in 0..40 {
-        let posed = posed(&start_pose(&HAND, &BOWL, &mut rng));
-        let exact = object_inside_hand_m(&BOWL.exact, &HAND, &posed);
-        let at_points = samples.iter().fold(0.0, |deepest: f64, sample| {
-            let capsules = HAND.capsules.iter().zip(&posed.capsules);
-            capsules.fold(deepest, |deepest, (capsule, axis)| {
-                deepest.max(capsule.radius_m - axis_distance(&sample.point, axis))
-            })
-        });
-        assert!(at_points <= exact + 1e-12, "{at_points} of {exact}");
-        if exact > 0.0 {
-            inside += 1;
-            narrowest = narrowest.min(exact - at_points);
-            // Points of the bowl are 2 to 3 mm apart.
-            assert!(exact - at_points < 0.0025, "{at_points} of {exact}");
-        }
-    }
-    assert!(inside > 10 && narrowest < 2e-4, "{inside} {narrowest}");
-}
-
 /// The paper's method lets a pen pass through a finger between its surface points, and force closure and penetration as
 /// Eq. 11 has them find nothing wrong with it. None of the grasps of the default does the same.
 #[test]

@@ -12,24 +12,16 @@ use nalgebra::{Rotation3, Vector3};
 use serde_json::{Value, json};
 
 impl Desk {
-    /// The output of a command that must succeed.
-    fn print(&self, line: &str) -> String {
-        let output = self.run(line);
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.success(), "landscape {line}: {said}");
-        String::from_utf8(output.stdout).unwrap()
-    }
-
     /// The output of `inspect` for the bare contacts of a file.
     fn text(&self, file: &Value) -> String {
-        fs::write(self.path("c.json"), file.to_string()).unwrap();
+        self.write("c.json", file.to_string());
         self.print("inspect c.json")
     }
 
     /// The same output as JSON.
     fn report(&self, file: &Value) -> Value {
-        fs::write(self.path("c.json"), file.to_string()).unwrap();
-        serde_json::from_str(&self.print("inspect c.json --json")).unwrap()
+        self.write("c.json", file.to_string());
+        self.document("inspect c.json --json")
     }
 
     /// A file with a few grasps of `data/grasps.parquet`; the last of them is moved off the object.
@@ -86,7 +78,7 @@ fn the_format_told_is_the_format_read() {
             content.split("   ").next().unwrap()
         })
         .collect();
-    fs::write(desk.path("c.json"), &example).unwrap();
+    desk.write("c.json", &example);
     let text = desk.print("inspect c.json");
     assert_eq!(line(&text, "contacts  "), "2");
     assert_eq!(line(&text, "centre of torques"), "0.0000  0.0000  0.0900");
@@ -217,7 +209,7 @@ fn mistakes_in_contacts() {
         {"contacts": [CONTACT, {"position": [-1, 0, 0], "inward_normal": [0, 0, 0]}]} | contacts[1].inward_normal is zero
     "#;
     for case in rows(cases) {
-        fs::write(desk.path("c.json"), filled(case[0])).unwrap();
+        desk.write("c.json", filled(case[0]));
         let sentence = desk.mistake("inspect c.json");
         assert_says(&sentence, &["c.json"]);
         let words = case[1..]
@@ -229,11 +221,11 @@ fn mistakes_in_contacts() {
         assert!(!sentence.contains('\n'), "{sentence}");
     }
     let many = format!(r#"{{"contacts": [{}]}}"#, vec![CONTACT; 20_000].join(","));
-    fs::write(desk.path("c.json"), many).unwrap();
+    desk.write("c.json", many);
     let sentence = desk.mistake("inspect c.json");
     assert_says(&sentence, &["it has 20000 contacts, but at most 400"]);
     let two = filled(r#"{"contacts": [CONTACT, OTHER]}"#);
-    fs::write(desk.path("c.json"), two).unwrap();
+    desk.write("c.json", two);
     for flags in ["--each", "--grasp 3", "--hand human", "--object ball"] {
         let sentence = desk.mistake(&format!("inspect c.json {flags}"));
         let flag = flags.split(' ').next().unwrap();
@@ -273,7 +265,7 @@ fn a_file_of_grasps_in_numbers() {
 #[test]
 fn grasps_one_by_one() {
     let desk = Desk::with_grasps();
-    let (file, _) = GraspFile::read(&desk.path("g.parquet"), Overrides::default()).unwrap();
+    let file = desk.grasps("g.parquet");
     let each = desk.print("inspect g.parquet --each -q");
     let rows: Vec<Vec<&str>> = each
         .lines()
@@ -315,8 +307,8 @@ fn grasps_one_by_one() {
 #[test]
 fn grasps_for_machines() {
     let desk = Desk::with_grasps();
-    let (file, _) = GraspFile::read(&desk.path("g.parquet"), Overrides::default()).unwrap();
-    let all: Value = serde_json::from_str(&desk.print("inspect g.parquet --json -q")).unwrap();
+    let file = desk.grasps("g.parquet");
+    let all = desk.document("inspect g.parquet --json -q");
     assert_eq!(all["landscapes"][0]["grasps"], 5);
     assert_eq!(all["landscapes"][0]["passes_strict"], 4);
     let judged = all["grasps"].as_array().unwrap();
@@ -375,10 +367,10 @@ fn mistakes_with_grasps() {
         &String::from_utf8(output.stderr).unwrap(),
         &["--each", "cannot be used with", "--grasp"],
     );
-    let whole = fs::read(desk.path("g.parquet")).unwrap();
-    fs::write(desk.path("torn.parquet"), &whole[..whole.len() / 2]).unwrap();
-    fs::write(desk.path("empty"), "").unwrap();
-    fs::write(desk.path("words.txt"), "these are words\n").unwrap();
+    let whole = desk.bytes("g.parquet");
+    desk.write("torn.parquet", &whole[..whole.len() / 2]);
+    desk.write("empty", "");
+    desk.write("words.txt", "these are words\n");
     for name in ["torn.parquet", "empty", "words.txt"] {
         let sentence = desk.mistake(&format!("inspect {name}"));
         assert_says(&sentence, &[name, "is not a Parquet file or is damaged"]);

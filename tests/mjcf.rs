@@ -167,18 +167,6 @@ fn capsules_are_as_in_mujoco() {
     }
 }
 
-/// The fuzzer found this fault.
-#[test]
-fn a_range_whose_square_is_zero_is_told() {
-    let text = "<mujoco><worldbody><body name=\"p\"><geom size=\"1\"/><body name=\"f\">\
-                <joint type=\"slide\" range=\"0 1e-320\"/><geom size=\"0.01\"/></body></body></worldbody></mujoco>";
-    let error = described(text, None).unwrap_err().to_string();
-    assert!(
-        error.contains("is not from 1e-6 to 100 rad or m"),
-        "{error}"
-    );
-}
-
 /// Each fault is named with its element, the file and the line.
 #[test]
 fn faults_are_found_where_they_are() {
@@ -334,23 +322,5 @@ fn large_descriptions_take_no_time_or_are_refused() {
             .unwrap_err()
             .to_string();
         assert!(parts.iter().all(|part| error.contains(part)), "{error}");
-    }
-}
-
-/// A model without a name of its own has that of its file.
-#[test]
-fn nameless_models_are_called_as_their_files() {
-    let name = |text: &str| {
-        let folder = tempfile::tempdir().expect("a folder for two small files");
-        let path = folder.path().join("claw.v2.xml");
-        fs::write(folder.path().join("tip.xml"), TIP).expect("space for a small file");
-        fs::write(&path, text).expect("space for a small file");
-        let files = HandFiles::load(&path).expect("a hand");
-        Hand::from_files(&files).expect("a hand").name
-    };
-    assert_eq!(name(KNOT), "knot");
-    for model in ["", " model=\"\"", " model=\"MuJoCo Model\""] {
-        let text = KNOT.replacen(" model=\"knot\"", model, 1);
-        assert_eq!(name(&text), "claw.v2");
     }
 }

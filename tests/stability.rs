@@ -305,19 +305,6 @@ fn an_object_beside_the_hand_falls_or_is_pushed_away() {
     assert_eq!(pushed, Reason::Moved);
 }
 
-/// A thin body that is cut into pieces loses a fifth of its volume to the gaps between them.
-#[test]
-fn a_convex_body_is_one_piece() {
-    for name in ["pen", "box", "ball"] {
-        let (mesh, _) = Object::parts_of_named(name).unwrap();
-        let solid = Solid::new(&mesh, Build::Pieces);
-        let fit = solid.fit();
-        assert_eq!(fit.pieces, 1, "{name}");
-        assert!(fit.volume_error.abs() < 0.01, "{name} {fit:?}");
-        assert!(fit.filled_m < 1e-4 && fit.cut_m < 1e-6, "{name} {fit:?}");
-    }
-}
-
 #[test]
 fn protocols_are_read_as_they_are_written_and_checked() {
     for protocol in [

@@ -4,14 +4,14 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
+use crate::desk::Desk;
 use crate::folder::names;
 use crate::table::rows;
 use landscape::store::{LandscapeFiles, StationaryRow};
-use tempfile::TempDir;
 
 #[path = "surface/adelm.rs"]
 mod adelm;
@@ -24,46 +24,29 @@ mod extent;
 #[path = "surface/programs.rs"]
 mod programs;
 
-/// A folder to work in.
-struct Desk {
-    folder: TempDir,
-}
-
 impl Desk {
-    fn new() -> Self {
-        Self {
-            folder: TempDir::new().unwrap(),
-        }
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_landscape"));
-        command
-            .arg("surface")
-            .args(arguments)
-            .current_dir(self.folder.path());
+    fn surface_command(&self, arguments: &[&str]) -> Command {
+        let mut command = self.command("surface");
+        command.args(arguments);
         command
     }
 
-    fn run(&self, arguments: &[&str]) -> Output {
-        self.command(arguments).output().unwrap()
+    fn surface(&self, arguments: &[&str]) -> Output {
+        self.surface_command(arguments).output().unwrap()
     }
 
-    fn succeed(&self, arguments: &[&str]) -> String {
-        let output = self.run(arguments);
+    /// What a search that must succeed prints.
+    fn mapped(&self, arguments: &[&str]) -> String {
+        let output = self.surface(arguments);
         let said = String::from_utf8(output.stderr).unwrap();
         assert!(output.status.success(), "{arguments:?}: {said}");
         String::from_utf8(output.stdout).unwrap()
     }
 
     /// The message of a mistake that leaves no files.
-    fn mistake(&self, arguments: &[&str]) -> String {
+    fn unmapped(&self, arguments: &[&str]) -> String {
         let before = names(self.folder.path());
-        let output = self.run(arguments);
+        let output = self.surface(arguments);
         let said = String::from_utf8(output.stderr).unwrap();
         let usage = said.contains("For more information, try '--help'");
         let code = if usage { 2 } else { 1 };
@@ -71,6 +54,25 @@ impl Desk {
         assert!(!said.contains("panicked"), "{said}");
         assert_eq!(names(self.folder.path()), before, "{arguments:?}");
         said
+    }
+
+    fn stationary(&self, name: &str) -> Vec<StationaryRow> {
+        StationaryRow::read(&self.path(name)).unwrap()
+    }
+
+    /// Kills a search as soon as its journal in `cut.partial` contains these bytes.
+    fn kill_at(&self, arguments: &[&str], record: &[u8]) {
+        let mut child = self.surface_command(arguments);
+        let mut child = child.stderr(Stdio::null()).spawn().unwrap();
+        let journal = self.path("cut.partial/journal");
+        let began = |bytes: Vec<u8>| bytes.windows(record.len()).any(|part| part == record);
+        while !fs::read(&journal).is_ok_and(began) {
+            let ended = child.try_wait().unwrap();
+            assert_eq!(ended, None, "ended before it was killed");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        child.kill().unwrap();
+        assert!(!child.wait().unwrap().success());
     }
 }
 
@@ -86,8 +88,8 @@ fn promised(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 
 #[test]
 fn a_model_is_mapped() {
-    let desk = Desk::new();
-    let text = desk.succeed(&["lj", "6", "--threads", "1"]);
+    let desk = Desk::empty();
+    let text = desk.mapped(&["lj", "6", "--threads", "1"]);
     assert!(
         text.contains("**2 minima** and **3 saddles**, 2 of which join two copies"),
         "{text}"
@@ -142,27 +144,27 @@ fn a_model_is_mapped() {
             .all(|row| row.curvatures.len() == 12 && row.verdict == "sound")
     );
     // Another number of threads, the same bytes.
-    desk.succeed(&["lj", "6", "--threads", "3", "-o", "again.landscape"]);
+    desk.mapped(&["lj", "6", "--threads", "3", "-o", "again.landscape"]);
     assert_eq!(promised(&folder), promised(&desk.path("again.landscape")));
 }
 
 #[test]
 fn paths_may_be_bands() {
-    let desk = Desk::new();
-    let text = desk.succeed(&["muller-brown", "--paths", "band", "-o", "bands"]);
+    let desk = Desk::empty();
+    let text = desk.mapped(&["muller-brown", "--paths", "band", "-o", "bands"]);
     assert!(text.contains("--paths band"), "{text}");
-    let manifest = LandscapeFiles::read(&desk.path("bands")).unwrap().manifest;
+    let manifest = desk.landscape("bands").manifest;
     assert_eq!(manifest.settings["paths"], "band");
-    let said = desk.run(&["muller-brown", "--paths", "rope"]).stderr;
+    let said = desk.surface(&["muller-brown", "--paths", "rope"]).stderr;
     assert!(String::from_utf8(said).unwrap().contains("string, band"));
 }
 
 #[test]
 fn a_single_minimum_makes_a_landscape_too() {
-    let desk = Desk::new();
-    let text = desk.succeed(&["lj", "4", "-q", "-o", "four"]);
+    let desk = Desk::empty();
+    let text = desk.mapped(&["lj", "4", "-q", "-o", "four"]);
     assert!(text.is_empty());
-    let summary = fs::read_to_string(desk.path("four/summary.md")).unwrap();
+    let summary = desk.text("four/summary.md");
     assert!(
         summary.contains("**1 minimum** and **1 saddle**"),
         "{summary}"
@@ -171,33 +173,18 @@ fn a_single_minimum_makes_a_landscape_too() {
 
 #[test]
 fn an_interrupted_search_continues() {
-    let desk = Desk::new();
+    let desk = Desk::empty();
     let arguments = ["lj", "7", "-q", "--threads", "1", "--patience", "60"];
-    desk.succeed(&[&arguments[..], &["-o", "whole"]].concat());
+    desk.mapped(&[&arguments[..], &["-o", "whole"]].concat());
     let arguments = [&arguments[..], &["-o", "cut"]].concat();
-    let mut child = desk
-        .command(&arguments)
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let journal = desk.path("cut.partial/journal");
-    while fs::metadata(&journal).map_or(0, |file| file.len()) < 20_000 {
-        assert_eq!(
-            child.try_wait().unwrap(),
-            None,
-            "ended before it was killed"
-        );
-        std::thread::sleep(Duration::from_millis(1));
-    }
-    child.kill().unwrap();
-    assert!(!child.wait().unwrap().success());
-    desk.succeed(&arguments);
+    desk.kill_at(&arguments, b"search/1");
+    desk.mapped(&arguments);
     assert_eq!(promised(&desk.path("whole")), promised(&desk.path("cut")));
 }
 
 #[test]
 fn mistakes_are_told() {
-    let desk = Desk::new();
+    let desk = Desk::empty();
     let cases = "
         ising | no model is called `ising`; the models are muller-brown
         lj seven | write `lj N`
@@ -212,19 +199,19 @@ fn mistakes_are_told() {
     ";
     for case in rows(cases) {
         let arguments: Vec<&str> = case[0].split(' ').collect();
-        let said = desk.mistake(&arguments);
+        let said = desk.unmapped(&arguments);
         assert!(
             said.contains(case[1]),
             "`{}` is missing in: {said}",
             case[1]
         );
     }
-    assert!(desk.mistake(&[]).contains("MODEL"));
+    assert!(desk.unmapped(&[]).contains("MODEL"));
 }
 
 #[test]
 fn the_help_teaches() {
-    let text = String::from_utf8(Desk::new().run(&["--help"]).stdout).unwrap();
+    let text = String::from_utf8(Desk::empty().run(&["--help"]).stdout).unwrap();
     for part in [
         "muller-brown",
         "lj N",

@@ -23,10 +23,6 @@ fn plant(desk: &Desk, name: &str, grasps: usize, labels: &[&str], alike: bool) {
     file.write(&desk.path(name)).unwrap();
 }
 
-fn json(desk: &Desk, name: &str) -> Value {
-    serde_json::from_slice(&fs::read(desk.path(name)).unwrap()).unwrap()
-}
-
 /// The value of order `order` of a set, in the measure of this name.
 fn value(found: &Value, of: &str, set: usize, order: usize) -> f64 {
     let measures = found["measures"].as_array().unwrap().iter();
@@ -49,8 +45,7 @@ fn planted_grasps_have_the_types_and_contacts_that_were_planted() {
     plant(&desk, "wide.parquet", 60, &six, false);
     plant(&desk, "narrow.parquet", 48, &["Tripod"], true);
     let line = "diversity narrow.parquet wide.parquet --resamplings 50";
-    let output = desk.run(line);
-    let text = String::from_utf8(output.stdout).unwrap();
+    let text = desk.print(line);
     let answer = "wide.parquet is the more diverse by types, cells and sets of contact regions: it has 5.9 times as many \
                   effective types as narrow.parquet (order 1, 95 % interval 4.5 to 7.8";
     assert_says(
@@ -67,7 +62,7 @@ fn planted_grasps_have_the_types_and_contacts_that_were_planted() {
     );
     assert!(text.lines().nth(2).unwrap().starts_with(answer), "{text}");
 
-    let found = json(&desk, "narrow.diversity.json");
+    let found = desk.json("narrow.diversity.json");
     assert!(
         found["measures"]
             .as_array()
@@ -87,19 +82,15 @@ fn planted_grasps_have_the_types_and_contacts_that_were_planted() {
     // At its own size it is exact.
     desk.succeed("diversity wide.parquet -o alone -q --resamplings 20");
     for order in 0..3 {
-        let own = value(&json(&desk, "alone.json"), "types", 0, order);
+        let own = value(&desk.json("alone.json"), "types", 0, order);
         assert!((own - 6.0).abs() < 1e-9, "{own}");
     }
 
     let endings = ["json", "md", "png", "svg"];
     let files = endings.map(|ending| format!("narrow.diversity.{ending}"));
-    let first = files
-        .each_ref()
-        .map(|name| fs::read(desk.path(name)).unwrap());
+    let first = files.each_ref().map(|name| desk.bytes(name));
     desk.succeed(&format!("{line} --threads 1 -q"));
-    let again = files
-        .each_ref()
-        .map(|name| fs::read(desk.path(name)).unwrap());
+    let again = files.each_ref().map(|name| desk.bytes(name));
     assert!(first == again, "the same bytes on every run");
     let printed = desk.run(&format!("{line} --json -q"));
     let printed: Value = serde_json::from_slice(&printed.stdout).unwrap();
@@ -128,7 +119,7 @@ fn too_few_grasps_are_refused() {
     let sentence = desk.early_mistake("diversity many.parquet --resamplings 3");
     assert_says(&sentence, &["--resamplings 3", "from 20"]);
     let line = "diversity many.parquet -q --resamplings 20";
-    fs::write(desk.path("many.diversity.md"), "a thesis").unwrap();
+    desk.write("many.diversity.md", "a thesis");
     let sentence = desk.early_mistake(line);
     assert_says(&sentence, &["many.diversity.md", "--force"]);
     desk.succeed(&format!("{line} --force"));
@@ -165,7 +156,7 @@ fn planted_families_are_compared_at_one_level() {
     plant_families(&desk, "uneven.landscape", [110, 4, 1, 1, 1, 1, 1, 1], 0.05);
     plant_families(&desk, "other.landscape", [10; 8], 0.1);
     desk.succeed("diversity even.landscape uneven.landscape -q -o found");
-    let found = json(&desk, "found.json");
+    let found = desk.json("found.json");
     for order in 0..3 {
         assert!((value(&found, "families", 0, order) - 8.0).abs() < 1e-9);
     }
@@ -186,7 +177,7 @@ fn planted_families_are_compared_at_one_level() {
     plant_families(&desk, "near.landscape", [10; 8], 0.6);
     plant_families(&desk, "near2.landscape", [110, 4, 1, 1, 1, 1, 1, 1], 0.6);
     desk.succeed("diversity near.landscape near2.landscape -q -o found");
-    let found = json(&desk, "found.json");
+    let found = desk.json("found.json");
     assert!((value(&found, "families", 0, 0) - 8.0).abs() < 1e-9);
     let answer = found["answer"].as_str().unwrap();
     assert_says(answer, &["These grasps show no difference in families: "]);
@@ -194,7 +185,7 @@ fn planted_families_are_compared_at_one_level() {
 
     // Families at different levels are shown, but not compared; `diff` warns, too.
     desk.succeed("diversity even.landscape other.landscape uneven.landscape -q -o found");
-    let found = json(&desk, "found.json");
+    let found = desk.json("found.json");
     let note = found["notes"][0].as_str().unwrap();
     assert_says(
         note,
@@ -210,11 +201,7 @@ fn planted_families_are_compared_at_one_level() {
             .unwrap()
             .contains("diverse by families")
     );
-    let diff = |other: &str| {
-        let output = desk.run(&format!("diff even.landscape {other}.landscape"));
-        assert!(output.status.success());
-        String::from_utf8(output.stdout).unwrap()
-    };
+    let diff = |other: &str| desk.print(&format!("diff even.landscape {other}.landscape"));
     assert_says(
         &diff("other"),
         &["note: the groups of even.landscape", "--group-barrier"],
@@ -222,7 +209,7 @@ fn planted_families_are_compared_at_one_level() {
     assert!(!diff("uneven").contains("cannot be compared"));
     // A given level holds for all.
     desk.succeed("diversity even.landscape other.landscape --group-barrier 0 -q -o found");
-    let found = json(&desk, "found.json");
+    let found = desk.json("found.json");
     assert!(!found["notes"].to_string().contains("cannot be compared"));
 }
 
@@ -230,24 +217,24 @@ fn planted_families_are_compared_at_one_level() {
 #[test]
 fn sets_of_contact_regions_have_one_definition() {
     let desk = Desk::empty();
-    fs::write(desk.path("many.parquet"), thirty_grasps()).unwrap();
+    desk.write("many.parquet", thirty_grasps());
     desk.succeed("diversity many.parquet --resamplings 20 -q -o found");
-    let observed = value(&json(&desk, "found.json"), "contacts", 0, 0);
+    let observed = value(&desk.json("found.json"), "contacts", 0, 0);
     desk.succeed("survey many.parquet --no-map -q -o found.survey");
-    let survey = json(&desk, "found.survey/survey.json");
+    let survey = desk.json("found.survey/survey.json");
     let sets = survey["populations"][0]["contacts"].as_object().unwrap();
     assert!(sets.len() > 1);
     assert!(
         (observed - sets.len() as f64).abs() < 1e-9,
         "{observed} {sets:?}"
     );
-    let (file, _) = GraspFile::read(&desk.path("many.parquet"), Overrides::default()).unwrap();
+    let file = desk.grasps("many.parquet");
     let population = &file.landscapes()[0];
     let (hand, object) = (population.hand().unwrap(), population.object().unwrap());
     let grasps = file.grasps.iter().map(|row| &row.grasp);
     let told = Diversity::of(&hand, &object, grasps).unwrap();
     assert_eq!(told.contact_region_sets, sets.len(), "what `synth` tells");
-    let text = fs::read_to_string(desk.path("found.survey/summary.md")).unwrap();
+    let text = desk.text("found.survey/summary.md");
     assert_says(
         &text,
         &[

@@ -127,8 +127,7 @@ fn a_finished_landscape_is_drawn_compared_and_exchanged() {
     ] {
         assert_eq!(text(&folder.join(name)), text(&whole.join(name)), "{name}");
     }
-    let output = out.run(&format!("diff {0} {0} --json", folder.display()));
-    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let told = out.document(&format!("diff {0} {0} --json", folder.display()));
     let files = LandscapeFiles::read(&folder).unwrap();
     assert_eq!(
         told["matches"].as_array().unwrap().len(),
@@ -139,7 +138,7 @@ fn a_finished_landscape_is_drawn_compared_and_exchanged() {
     assert_eq!(told["within"], 0.005);
     out.add_database("data");
     out.succeed("import data --no-report");
-    let read = LandscapeFiles::read(&out.path("data.landscape")).unwrap();
+    let read = out.landscape("data.landscape");
     let energies = |files: &LandscapeFiles| -> Vec<u64> {
         files
             .minima
@@ -192,7 +191,7 @@ fn groups_at_a_given_barrier() {
         "build {} --first 3 --group-barrier 1e9 --no-report -q -o one.landscape",
         grasps.display()
     ));
-    let built = LandscapeFiles::read(&out.path("one.landscape")).unwrap();
+    let built = out.landscape("one.landscape");
     assert!(group_of(&built).iter().all(|group| *group == 0));
     assert_eq!(built.manifest.group_barrier, Some(1e9));
     assert_says(&built.manifest.command, &["--group-barrier 1"]);
@@ -200,7 +199,7 @@ fn groups_at_a_given_barrier() {
     // the map.
     out.succeed(&format!("draw {g} --group-barrier 1e9 -q -o view"));
     out.succeed("draw one.landscape --group-barrier 1e9 -q -o again");
-    let text = |name: &str| fs::read_to_string(out.path(name)).unwrap();
+    let text = |name: &str| out.text(name);
     let picture = text("one.landscape/disconnectivity.svg");
     assert_eq!(text("again/disconnectivity.svg"), picture);
     let graph = |text: &str| -> Vec<String> {
@@ -213,10 +212,10 @@ fn groups_at_a_given_barrier() {
     assert_eq!(graph(&text("view/disconnectivity.svg")), graph(&picture));
     out.add_database("data");
     out.succeed("import data --group-barrier 0 --no-report");
-    let read = LandscapeFiles::read(&out.path("data.landscape")).unwrap();
+    let read = out.landscape("data.landscape");
     assert_eq!(group_of(&read), apart);
     out.succeed("surface double-well 1 --group-barrier 1e9 --no-report -q -o wells.landscape");
-    let wells = LandscapeFiles::read(&out.path("wells.landscape")).unwrap();
+    let wells = out.landscape("wells.landscape");
     assert_eq!((wells.minima.len(), wells.manifest.counts.groups), (2, 1));
     for line in [
         format!("draw {g} -o x"),
@@ -233,8 +232,8 @@ fn what_held_in_simulation_is_mapped_and_marked() {
     let desk = Desk::with_grasps();
     let sentence = desk.early_mistake("build g.parquet --only-stable");
     assert_says(&sentence, &["--only-stable", "landscape stability"]);
-    fs::write(desk.path("held.parquet"), held_grasps()).unwrap();
-    let (judged, _) = GraspFile::read(&desk.path("held.parquet"), Overrides::default()).unwrap();
+    desk.write("held.parquet", held_grasps());
+    let judged = desk.grasps("held.parquet");
     let ids = |stable: bool| -> BTreeSet<u64> {
         let grasps = judged.grasps.iter();
         grasps
@@ -249,7 +248,7 @@ fn what_held_in_simulation_is_mapped_and_marked() {
     );
 
     desk.succeed("build held.parquet --only-stable --no-report -q -o held.landscape");
-    let files = LandscapeFiles::read(&desk.path("held.landscape")).unwrap();
+    let files = desk.landscape("held.landscape");
     let members = files.minima.iter().flat_map(|row| row.members.clone());
     assert_eq!(members.collect::<BTreeSet<u64>>(), stable);
 
@@ -261,7 +260,7 @@ fn what_held_in_simulation_is_mapped_and_marked() {
     );
     desk.succeed("draw all.landscape --stability held.parquet -q -o marked");
     desk.succeed("draw all.landscape -q -o plain");
-    let files = LandscapeFiles::read(&desk.path("all.landscape")).unwrap();
+    let files = desk.landscape("all.landscape");
     let held: Vec<bool> = files
         .minima
         .iter()
@@ -289,12 +288,7 @@ fn what_held_in_simulation_is_mapped_and_marked() {
 #[test]
 fn first_lines_answer_the_question() {
     let desk = Desk::empty();
-    let printed = |line: &str| {
-        let output = desk.run(line);
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.success(), "landscape {line}: {said}");
-        String::from_utf8(output.stdout).unwrap()
-    };
+    let printed = |line: &str| desk.print(line);
     let synth = "synth --object ball -n 3 --steps 1 --keep all --drop 2";
     let brief = printed(&format!("{synth} -o s.parquet"));
     let lines: Vec<&str> = brief.lines().collect();
@@ -310,7 +304,7 @@ fn first_lines_answer_the_question() {
     assert_says(&full, &["Eq. 11 as printed", "wrote 1 grasp"]);
 
     let (desk, brief) = built();
-    let files = LandscapeFiles::read(&desk.path("g.landscape")).unwrap();
+    let files = desk.landscape("g.landscape");
     let counts = files.manifest.counts;
     let families = if counts.groups == 1 {
         "family"
@@ -328,7 +322,7 @@ fn first_lines_answer_the_question() {
         !brief.contains("raw chains") && brief.contains("g.landscape/summary.md"),
         "{brief}"
     );
-    let summary = fs::read_to_string(desk.path("g.landscape/summary.md")).unwrap();
+    let summary = desk.text("g.landscape/summary.md");
     assert_says(
         &summary,
         &[

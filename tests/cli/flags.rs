@@ -9,9 +9,9 @@ use crate::table::rows;
 #[test]
 fn unwritable_output() {
     let desk = Desk::with_grasps();
-    fs::write(desk.path("taken"), "years of work").unwrap();
+    desk.write("taken", "years of work");
     fs::create_dir(desk.path("folder")).unwrap();
-    fs::write(desk.path("folder/thesis.tex"), "years of work").unwrap();
+    desk.write("folder/thesis.tex", "years of work");
     for command in [
         "build g.parquet",
         "synth --object ball -n 1 --steps 1 --keep all",
@@ -40,21 +40,16 @@ fn unwritable_output() {
 #[test]
 fn mistakes_in_flags() {
     let desk = Desk::with_grasps();
-    fs::write(desk.path("typo.toml"), "[energy]\nprior_wieght = 1.0\n").unwrap();
-    fs::write(
-        desk.path("negative.toml"),
-        "[energy]\nprior_weight = -1.0\n",
-    )
-    .unwrap();
-    fs::write(desk.path("large.toml"), "[energy]\nprior_weight = 1e155\n").unwrap();
-    fs::write(desk.path("torn.toml"), "[energy").unwrap();
-    fs::write(desk.path("claw.urdf"), "<robot").unwrap();
-    fs::write(desk.path("empty.obj"), "# nothing\n").unwrap();
-    fs::write(
-        desk.path("open.obj"),
+    desk.write("typo.toml", "[energy]\nprior_wieght = 1.0\n");
+    desk.write("negative.toml", "[energy]\nprior_weight = -1.0\n");
+    desk.write("large.toml", "[energy]\nprior_weight = 1e155\n");
+    desk.write("torn.toml", "[energy");
+    desk.write("claw.urdf", "<robot");
+    desk.write("empty.obj", "# nothing\n");
+    desk.write(
+        "open.obj",
         "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\n",
-    )
-    .unwrap();
+    );
     let cases = "
         synth --object teapot | --object teapot | neither a file nor an object | ball | jar
         synth --object ball --hand claw | --hand claw | neither a file nor a hand | human
@@ -111,11 +106,7 @@ fn absurd_numbers_are_refused() {
 #[test]
 fn the_wrong_kind_of_file() {
     let desk = Desk::with_grasps();
-    fs::write(
-        desk.path("ball.obj"),
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
-    )
-    .unwrap();
+    desk.write("ball.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     let sentence = desk.early_mistake("hands inspect ball.obj");
     assert_says(
         &sentence,
@@ -161,7 +152,7 @@ fn files_of_a_hand_go_where_they_are_asked_to() {
 fn a_look_at_a_hand_leaves_its_derivation_free() {
     let desk = Desk::empty();
     let urdf = include_str!("../../python/tutorials/claw/claw.urdf");
-    fs::write(desk.path("my.urdf"), urdf).unwrap();
+    desk.write("my.urdf", urdf);
     desk.succeed("hands inspect my.urdf");
     assert_eq!(names(desk.folder.path()), ["my.png", "my.urdf"]);
     desk.succeed("hands inspect my.urdf");
@@ -180,21 +171,17 @@ fn a_look_at_a_hand_leaves_its_derivation_free() {
 fn exports_name_the_hand_as_files_of_grasps_do() {
     let desk = Desk::empty();
     let urdf = include_str!("../../python/tutorials/claw/claw.urdf");
-    fs::write(desk.path("my.urdf"), urdf).unwrap();
+    desk.write("my.urdf", urdf);
     desk.succeed("synth --hand my.urdf --object ball -n 1 --steps 1 --keep all -q -o g.parquet");
     desk.succeed("export g.parquet urdf -o hand");
-    let text = fs::read_to_string(desk.path("hand/my.urdf")).unwrap();
+    let text = desk.text("hand/my.urdf");
     assert!(text.contains("<robot name=\"my\">"), "{text}");
 }
 
 #[test]
 fn help_and_version() {
     let desk = Desk::empty();
-    let text = |line: &str| {
-        let output = desk.run(line);
-        assert!(output.status.success(), "landscape {line}");
-        String::from_utf8(output.stdout).unwrap()
-    };
+    let text = |line: &str| desk.print(line);
     assert_says(&text("--help"), &["synth", "build", "Examples:"]);
     let bake = ["--specs", "--scale", "Examples:", "landscape objects bake "];
     assert_says(&text("objects bake --help"), &bake);

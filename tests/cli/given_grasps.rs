@@ -20,11 +20,7 @@ use landscape::store::{GraspFile, GraspRow, Overrides};
 #[test]
 fn synthesis_from_given_grasps() {
     let desk = Desk::with_grasps();
-    let read = |name: &str| {
-        GraspFile::read(&desk.path(name), Overrides::default())
-            .unwrap()
-            .0
-    };
+    let read = |name: &str| desk.grasps(name);
     let given = read("g.parquet");
     let pose = |row: &GraspRow| row.grasp.pose.to_vec();
     let space = PoseSpace::new(Hand::human().pose_metric(), Symmetry::None);
@@ -45,10 +41,7 @@ fn synthesis_from_given_grasps() {
     let line = "synth --from g.parquet --steps 1 --keep all --seed 3 -q";
     desk.succeed(&format!("{line} -o near.parquet --threads 1"));
     desk.succeed(&format!("{line} -o near2.parquet --threads 2"));
-    assert_eq!(
-        fs::read(desk.path("near.parquet")).unwrap(),
-        fs::read(desk.path("near2.parquet")).unwrap()
-    );
+    assert_eq!(desk.bytes("near.parquet"), desk.bytes("near2.parquet"));
     let near = read("near.parquet");
     assert_eq!(near.grasps.len(), given.grasps.len());
     assert_eq!(
@@ -112,17 +105,13 @@ fn given_grasps_bring_their_hand_and_object() {
     let desk = Desk::empty();
     let human = HandFiles::named("human").unwrap().files;
     let [urdf, side] = [&human[0].text, &human[1].text];
-    fs::write(desk.path("own.urdf"), urdf).unwrap();
-    fs::write(desk.path("own.json"), side).unwrap();
+    desk.write("own.urdf", urdf);
+    desk.write("own.json", side);
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/objects");
     let mesh = fs::read_to_string(data.join("ball.obj")).unwrap();
-    fs::write(desk.path("globe.obj"), mesh).unwrap();
+    desk.write("globe.obj", mesh);
     let description = fs::read_to_string(data.join("ball.json")).unwrap();
-    fs::write(
-        desk.path("globe.json"),
-        description.replace("\"ball\"", "\"globe\""),
-    )
-    .unwrap();
+    desk.write("globe.json", description.replace("\"ball\"", "\"globe\""));
     let line = "--steps 1 --keep all --seed 3 -q";
     desk.succeed(&format!(
         "synth --hand own.urdf --object globe.obj -n 2 {line} -o g.parquet"
@@ -131,11 +120,7 @@ fn given_grasps_bring_their_hand_and_object() {
         fs::remove_file(desk.path(name)).unwrap();
     }
     desk.succeed(&format!("synth --from g.parquet {line} -o refined.parquet"));
-    let read = |name: &str| {
-        GraspFile::read(&desk.path(name), Overrides::default())
-            .unwrap()
-            .0
-    };
+    let read = |name: &str| desk.grasps(name);
     let (given, refined) = (read("g.parquet"), read("refined.parquet"));
     let names = |file: &GraspFile| {
         (
@@ -157,10 +142,10 @@ fn given_grasps_bring_their_hand_and_object() {
 #[test]
 fn mistakes_with_given_grasps() {
     let desk = Desk::with_grasps();
-    let (mut mixed, _) = GraspFile::read(&desk.path("g.parquet"), Overrides::default()).unwrap();
+    let mut mixed = desk.grasps("g.parquet");
     mixed.grasps[0].scale = 1.5;
     mixed.write(&desk.path("mixed.parquet")).unwrap();
-    fs::write(desk.path("text.parquet"), "no table").unwrap();
+    desk.write("text.parquet", "no table");
     let cases = "
         synth --from absent.parquet | absent.parquet
         synth --from text.parquet | text.parquet | Parquet
@@ -282,7 +267,7 @@ fn grasps_are_judged_with_another_object() {
 
     // A file that is written is one of the other object, and needs no flag any more.
     desk.succeed("label g.parquet --object can -q -o other.parquet");
-    let (file, _) = GraspFile::read(&desk.path("other.parquet"), Overrides::default()).unwrap();
+    let file = desk.grasps("other.parquet");
     let names = file.metadata.objects.iter().map(|object| &*object.name);
     assert_eq!(names.collect::<Vec<_>>(), ["can"]);
     assert!(file.grasps.iter().all(|row| row.object == "can"));
@@ -292,8 +277,8 @@ fn grasps_are_judged_with_another_object() {
     // Another hand must have the same joints, and brings its own points of contact.
     let human = HandFiles::named("human").unwrap().files;
     let [urdf, side] = [&human[0].text, &human[1].text];
-    fs::write(desk.path("own.urdf"), urdf).unwrap();
-    fs::write(desk.path("own.json"), format!("{side} ")).unwrap();
+    desk.write("own.urdf", urdf);
+    desk.write("own.json", format!("{side} "));
     let (other, said) = judged("--hand own.urdf");
     assert_says(
         &said,

@@ -19,10 +19,6 @@ fn desk() -> Desk {
     desk
 }
 
-fn grasps(path: &Path) -> GraspFile {
-    GraspFile::read(path, Overrides::default()).unwrap().0
-}
-
 fn members(folder: &Path) -> Vec<u64> {
     let minima = LandscapeFiles::read(folder).unwrap().minima;
     let mut members: Vec<u64> = minima.iter().flat_map(|m| m.members.clone()).collect();
@@ -36,11 +32,11 @@ fn a_landscape_grows_and_keeps_what_it_knew() {
     let said = desk.succeed(&format!("{GROWN} --threads 1"));
     assert!(said.is_empty(), "{said}");
     let (old, new) = (desk.path("old.landscape"), desk.path("new.landscape"));
-    let all = grasps(&desk.path("g.parquet"));
-    let held = grasps(&new.join("grasps.parquet"));
+    let all = desk.grasps("g.parquet");
+    let held = desk.grasps("new.landscape/grasps.parquet");
     assert_eq!(held.grasps, all.grasps, "the landscape holds its grasps");
     assert_eq!(members(&new), [0, 1, 2, 3, 4, 5]);
-    let [before, after] = [&old, &new].map(|folder| LandscapeFiles::read(folder).unwrap());
+    let [before, after] = ["old.landscape", "new.landscape"].map(|name| desk.landscape(name));
     let onto = after.manifest.onto.as_ref().unwrap();
     assert_eq!(onto.name, "old.landscape");
     assert_eq!(
@@ -112,7 +108,7 @@ fn two_minima_are_connected_with_more_effort() {
     assert_eq!(chains(&new.1), chains(&old.1) + 40);
     let joined = |tree: &Tree| tree.minimax(MinimumId(0), MinimumId(1)).unwrap();
     assert!(joined(&new.2) <= joined(&old.2));
-    let summary = fs::read_to_string(desk.path("new.landscape/summary.md")).unwrap();
+    let summary = desk.text("new.landscape/summary.md");
     assert_says(
         &summary,
         &[
@@ -126,7 +122,7 @@ fn two_minima_are_connected_with_more_effort() {
 #[test]
 fn ids_that_are_taken_are_replaced() {
     let desk = desk();
-    let mut file = grasps(&desk.path("g.parquet"));
+    let mut file = desk.grasps("g.parquet");
     file.grasps.drain(..3);
     for (id, row) in file.grasps.iter_mut().enumerate() {
         row.id = [1, 8, 2][id];
@@ -135,7 +131,7 @@ fn ids_that_are_taken_are_replaced() {
     desk.succeed("build more.parquet --onto old.landscape --no-report -q");
     let new = desk.path("more.landscape");
     assert_eq!(members(&new), [0, 1, 2, 8, 9, 10]);
-    let held = grasps(&new.join("grasps.parquet"));
+    let held = desk.grasps("more.landscape/grasps.parquet");
     let pose = |id: u64| {
         let row = held.grasps.iter().find(|row| row.id == id).unwrap();
         row.grasp.pose.clone()
@@ -155,12 +151,12 @@ fn what_cannot_grow_is_refused_in_one_sentence() {
     desk.add_landscape("bare.landscape");
     fs::remove_file(desk.path("bare.landscape/grasps.parquet")).unwrap();
     desk.succeed("synth --object can -n 2 --steps 1 --keep all -q -o can.parquet");
-    fs::write(desk.path("rough.toml"), "[energy.layer]\nfriction = 0.3\n").unwrap();
+    desk.write("rough.toml", "[energy.layer]\nfriction = 0.3\n");
     desk.succeed(
         "synth --object ball -n 2 --steps 1 --keep all -q --config rough.toml -o rough.parquet",
     );
     desk.succeed("surface muller-brown --no-report -q -o surface.landscape");
-    fs::write(desk.path("few.toml"), "[map.chain]\npatience = 120\n").unwrap();
+    desk.write("few.toml", "[map.chain]\npatience = 120\n");
     desk.succeed("build g.parquet --first 2 --search adelm --config few.toml --no-report -q -o order.landscape");
     let cases = "
         g.parquet --first 3 --onto old.landscape -o new.landscape | old.landscape contains all these grasps already

@@ -10,7 +10,7 @@ use landscape::store::{GraspFile, Overrides};
 fn grasps_do_not_depend_on_threads() {
     let desk = Desk::empty();
     desk.succeed(&format!("{SYNTH} --threads 2 -o other.parquet"));
-    assert_eq!(fs::read(desk.path("other.parquet")).unwrap(), grasps());
+    assert_eq!(desk.bytes("other.parquet"), grasps());
     let (file, warnings) =
         GraspFile::read(&desk.path("other.parquet"), Overrides::default()).unwrap();
     assert_eq!(warnings, []);
@@ -29,7 +29,7 @@ fn grasps_do_not_depend_on_threads() {
 fn chains_of_a_run_without_success_are_not_lost() {
     let desk = Desk::empty();
     let strict = "[energy.layer]\nmost_force_compliance = 1e-6\n";
-    fs::write(desk.path("strict.toml"), strict).unwrap();
+    desk.write("strict.toml", strict);
     let few = "synth --object ball --config strict.toml --steps 1 -n 1 -q";
     assert_says(
         &desk.mistake(few),
@@ -44,20 +44,20 @@ fn chains_of_a_run_without_success_are_not_lost() {
         "grasps.parquet.partial",
     );
     let fresh = Desk::empty();
-    fs::write(fresh.path("strict.toml"), strict).unwrap();
+    fresh.write("strict.toml", strict);
     fresh.succeed("synth --object ball --config strict.toml --steps 1 -n 2 --keep all -q");
     assert_eq!(contents_by_name(&desk), contents_by_name(&fresh));
 }
 
 fn contents_by_name(desk: &Desk) -> Vec<(String, Vec<u8>)> {
-    let read = |name: String| (name.clone(), fs::read(desk.path(&name)).unwrap());
+    let read = |name: String| (name.clone(), desk.bytes(&name));
     names(desk.folder.path()).into_iter().map(read).collect()
 }
 
 #[test]
 fn an_interrupted_simulation_continues() {
     let desk = Desk::with_grasps();
-    fs::write(desk.path("p.toml"), PATIENT).unwrap();
+    desk.write("p.toml", PATIENT);
     let journal = "held.parquet.partial";
     let line = format!("{STABILITY} --threads 2");
     desk.interrupt(&line, journal, 2);
@@ -67,7 +67,7 @@ fn an_interrupted_simulation_continues() {
     assert_says(&other, &[journal, "other input or settings", "--fresh"]);
 
     desk.resume(&format!("{line} --resume"), journal);
-    let continued = fs::read(desk.path("held.parquet")).unwrap();
+    let continued = desk.bytes("held.parquet");
     assert!(
         continued == held_grasps(),
         "the bytes of a run on one thread"

@@ -7,12 +7,6 @@ use landscape::store::{GraspFile, GraspRow, Overrides};
 use crate::desk::{Desk, assert_says};
 use crate::table::rows;
 
-fn read(desk: &Desk, name: &str) -> GraspFile {
-    GraspFile::read(&desk.path(name), Overrides::default())
-        .unwrap()
-        .0
-}
-
 const FEW: &str = "--steps 1 --keep all -q";
 
 /// Two hands on two objects: every value of a row but its id and source stays, and the other commands read the result.
@@ -23,9 +17,7 @@ fn joined_files_are_one() {
         "synth --hand gripper_parallel --object ball -n 3 {FEW} -o ball.parquet"
     ));
     desk.succeed(&format!("synth --object can -n 2 {FEW} -o can.parquet"));
-    let output = desk.run("join g.parquet ball.parquet can.parquet -o all.parquet");
-    assert!(output.status.success());
-    let said = String::from_utf8(output.stdout).unwrap();
+    let said = desk.print("join g.parquet ball.parquet can.parquet -o all.parquet");
     assert_says(
         &said,
         &[
@@ -33,8 +25,8 @@ fn joined_files_are_one() {
             "human, gripper_parallel",
         ],
     );
-    let parts = ["g", "ball", "can"].map(|name| read(&desk, &format!("{name}.parquet")));
-    let all = read(&desk, "all.parquet");
+    let parts = ["g", "ball", "can"].map(|name| desk.grasps(&format!("{name}.parquet")));
+    let all = desk.grasps("all.parquet");
     let sources = ["g.parquet", "ball.parquet", "can.parquet"];
     let expected: Vec<GraspRow> = (parts.iter().zip(sources))
         .flat_map(|(part, name)| part.grasps.iter().map(move |row| (row, name)))
@@ -65,11 +57,11 @@ fn joined_files_are_one() {
     // The checksum is right, and the next command reads all of it.
     desk.succeed("label all.parquet -q -o labelled.parquet");
     assert_eq!(
-        read(&desk, "labelled.parquet").grasps.len(),
+        desk.grasps("labelled.parquet").grasps.len(),
         all.grasps.len()
     );
     desk.succeed("survey all.parquet --no-map -q -o all.survey");
-    let summary = fs::read_to_string(desk.path("all.survey/summary.md")).unwrap();
+    let summary = desk.text("all.survey/summary.md");
     assert_says(&summary, &["2 hands on 2 objects"]);
 }
 
@@ -88,19 +80,19 @@ fn repeated_grasps_are_told() {
             "wrote g.joined.parquet",
         ],
     );
-    assert_eq!(read(&desk, "g.joined.parquet").grasps.len(), 12);
+    assert_eq!(desk.grasps("g.joined.parquet").grasps.len(), 12);
 }
 
 #[test]
 fn what_cannot_be_one_file_is_refused() {
     let desk = Desk::with_grasps();
-    fs::write(desk.path("mine.parquet"), "mine").unwrap();
+    desk.write("mine.parquet", "mine");
     // Another energy, and another object of the same name.
-    fs::write(desk.path("rough.toml"), "[energy.layer]\nfriction = 0.3\n").unwrap();
+    desk.write("rough.toml", "[energy.layer]\nfriction = 0.3\n");
     desk.succeed(&format!(
         "synth --object ball -n 1 --config rough.toml {FEW} -o rough.parquet"
     ));
-    let object = &read(&desk, "g.parquet").metadata.objects[0].name;
+    let object = &desk.grasps("g.parquet").metadata.objects[0].name;
     desk.succeed(&format!(
         "synth --object can --name {object} -n 1 {FEW} -o other.parquet"
     ));

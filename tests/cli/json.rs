@@ -155,22 +155,20 @@ fn inputs() -> Desk {
     copy("data/objects/box.obj", "cube.obj");
     desk.add_landscape("g.landscape");
     desk.add_database("database");
-    fs::write(desk.path("thirty.parquet"), thirty_grasps()).unwrap();
-    fs::write(
-        desk.path("contacts.json"),
+    desk.write("thirty.parquet", thirty_grasps());
+    desk.write(
+        "contacts.json",
         r#"{"contacts": [
             {"position": [0.03, 0, 0.01], "inward_normal": [-1, 0, 0]},
             {"position": [-0.03, 0, 0.01], "inward_normal": [1, 0, 0]},
             {"position": [0, 0.03, -0.01], "inward_normal": [0, -1, 0]},
             {"position": [0, -0.03, -0.01], "inward_normal": [0, 1, 0]}
         ]}"#,
-    )
-    .unwrap();
-    fs::write(
-        desk.path("one.json"),
+    );
+    desk.write(
+        "one.json",
         r#"{"contacts": [{"position": [0.03, 0, 0], "inward_normal": [-1, 0, 0]}], "length": 0.1}"#,
-    )
-    .unwrap();
+    );
     desk.succeed("export g.parquet csv -q -o g.csv");
     desk.succeed("surface muller-brown -q --no-report -o muller-brown.landscape");
     desk.succeed(
@@ -244,9 +242,7 @@ fn every_command_has_its_document() {
 fn standard_output_holds_the_document_alone() {
     let desk = Desk::with_grasps();
     let document = |flags: &str| {
-        let output = desk.run(&format!("label g.parquet --force --json {flags}"));
-        assert!(output.status.success());
-        let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let value = desk.document(&format!("label g.parquet --force --json {flags}"));
         (value, String::from_utf8(output.stderr).unwrap())
     };
     let (usual, _) = document("");
@@ -292,7 +288,6 @@ fn lines_may_be_documents() {
         "{error}"
     );
     desk.succeed("label g.parquet -q -o plain.parquet");
-    let [plain, logged] =
-        ["plain.parquet", "l.parquet"].map(|name| fs::read(desk.path(name)).unwrap());
+    let [plain, logged] = ["plain.parquet", "l.parquet"].map(|name| desk.bytes(name));
     assert!(plain == logged, "the same bytes");
 }

@@ -20,6 +20,9 @@ mod settings;
 mod spoilt_grasps;
 mod survey;
 
+#[cfg(unix)]
+#[path = "../crashes/mod.rs"]
+mod crashes;
 #[path = "../desk/mod.rs"]
 mod desk;
 #[path = "../folder/mod.rs"]
@@ -55,7 +58,7 @@ fn in_cache(command: &mut Command, folder: &Path) {
 impl Desk {
     fn with_grasps() -> Self {
         let desk = Self::empty();
-        fs::write(desk.path("g.parquet"), grasps()).unwrap();
+        desk.write("g.parquet", grasps());
         desk
     }
 
@@ -89,14 +92,6 @@ impl Desk {
             let from = landscape().path("g.landscape").join(file);
             fs::copy(from, self.path(name).join(file)).unwrap();
         }
-    }
-
-    /// Runs a command that must succeed and returns its standard error.
-    fn succeed(&self, line: &str) -> String {
-        let output = self.run(line);
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.success(), "landscape {line}: {said}");
-        said
     }
 
     /// The message of a mistake that is found before anything is written.
@@ -170,7 +165,7 @@ fn grasps() -> &'static [u8] {
         let desk = Desk::empty();
         desk.succeed(&format!("{SYNTH} --threads 1 -o g.parquet"));
         assert_eq!(names(desk.folder.path()), ["g.parquet"]);
-        fs::read(desk.path("g.parquet")).unwrap()
+        desk.bytes("g.parquet")
     })
 }
 
@@ -179,9 +174,9 @@ fn held_grasps() -> &'static [u8] {
     static HELD: OnceLock<Vec<u8>> = OnceLock::new();
     HELD.get_or_init(|| {
         let desk = Desk::with_grasps();
-        fs::write(desk.path("p.toml"), PATIENT).unwrap();
+        desk.write("p.toml", PATIENT);
         desk.succeed(&format!("{STABILITY} --threads 1"));
-        fs::read(desk.path("held.parquet")).unwrap()
+        desk.bytes("held.parquet")
     })
 }
 
@@ -191,7 +186,7 @@ fn thirty_grasps() -> &'static [u8] {
     THIRTY.get_or_init(|| {
         let desk = Desk::empty();
         desk.succeed("synth --object ball -n 30 --steps 1 --keep all -q -o thirty.parquet");
-        fs::read(desk.path("thirty.parquet")).unwrap()
+        desk.bytes("thirty.parquet")
     })
 }
 

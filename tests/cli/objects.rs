@@ -40,12 +40,12 @@ fn a_network_becomes_an_object() {
         names(desk.folder.path()),
         ["cache", "jar.obj", "model.safetensors", "specs.json"]
     );
-    let mesh = fs::read(desk.path("jar.obj")).unwrap();
+    let mesh = desk.bytes("jar.obj");
     run(
         "objects bake model.safetensors --specs specs.json --codes model.safetensors --code 2 --scale 0.05 --cells 40 \
          -o again.obj --threads 1",
     );
-    assert_eq!(fs::read(desk.path("again.obj")).unwrap(), mesh);
+    assert_eq!(desk.bytes("again.obj"), mesh);
     let fields = fs::read_dir(cache.join("landscape/fields")).map(Iterator::count);
     if cfg!(target_os = "linux") {
         assert_eq!(
@@ -55,7 +55,7 @@ fn a_network_becomes_an_object() {
         );
     }
     run("synth --object jar.obj -n 2 --steps 1 --keep all -o jar.parquet");
-    let (file, _) = GraspFile::read(&desk.path("jar.parquet"), Overrides::default()).unwrap();
+    let file = desk.grasps("jar.parquet");
     assert_eq!(
         (file.grasps.len(), &*file.metadata.objects[0].name),
         (2, "jar")
@@ -66,7 +66,7 @@ fn a_network_becomes_an_object() {
 fn mistakes_with_networks() {
     let desk = desk_with_network();
     fs::copy(desk.path("specs.json"), desk.path("taken.json")).unwrap();
-    fs::write(desk.path("model.pth"), "").unwrap();
+    desk.write("model.pth", "");
     fs::create_dir(desk.path("alone")).unwrap();
     fs::copy(
         desk.path("model.safetensors"),
@@ -133,17 +133,13 @@ fn cuboid([x, y, z]: [f64; 3], open: bool) -> String {
 fn what_is_refused_for_its_holes_is_told_apart_from_what_is_closed() {
     let desk = Desk::empty();
     // The top is 1 of 1 + 1 + 4 · 2 areas and a little: 10.04 %.
-    fs::write(desk.path("open.obj"), cuboid([0.03, 0.03, 0.0597], true)).unwrap();
+    desk.write("open.obj", cuboid([0.03, 0.03, 0.0597], true));
     let sentence = desk.early_mistake("objects inspect open.obj");
     assert_says(
         &sentence,
         &["about 10.1 % of its surface is missing; up to 10 %"],
     );
-    fs::write(
-        desk.path("huge.obj"),
-        cuboid([89.2000007629, 30.0, 30.0], false),
-    )
-    .unwrap();
+    desk.write("huge.obj", cuboid([89.2000007629, 30.0, 30.0], false));
     let sentence = desk.early_mistake("objects inspect huge.obj");
     assert_says(&sentence, &["huge is 178.4 m across", "--scale 0.001"]);
 }
@@ -152,7 +148,7 @@ fn what_is_refused_for_its_holes_is_told_apart_from_what_is_closed() {
 #[test]
 fn a_mesh_that_runs_through_itself_is_told() {
     let desk = Desk::empty();
-    fs::write(desk.path("sound.obj"), cuboid([0.03, 0.03, 0.03], false)).unwrap();
+    desk.write("sound.obj", cuboid([0.03, 0.03, 0.03], false));
     let said = desk.succeed("objects inspect sound.obj");
     assert!(!said.contains("intersects itself"), "{said}");
     // A bar bent until its end lies in its beginning: rings of four corners, along a turn and a bit.
@@ -186,7 +182,7 @@ fn a_mesh_that_runs_through_itself_is_told() {
         last + 2,
         last + 1
     );
-    fs::write(desk.path("bent.obj"), text).unwrap();
+    desk.write("bent.obj", text);
     let said = desk.succeed("objects inspect bent.obj");
     assert_says(&said, &["bent intersects itself"]);
 }

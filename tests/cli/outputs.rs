@@ -19,7 +19,7 @@ const WORK: &[u8] = b"years of work";
 fn desk() -> Desk {
     let desk = Desk::with_grasps();
     desk.add_landscape("g.landscape");
-    fs::write(desk.path("box.obj"), TETRAHEDRON).unwrap();
+    desk.write("box.obj", TETRAHEDRON);
     desk
 }
 
@@ -53,7 +53,7 @@ fn nothing_is_overwritten_that_was_not_made_here() {
         let (line, outputs) = (row[0], &row[1..]);
         let desk = desk();
         for output in outputs {
-            fs::write(desk.path(output), WORK).unwrap();
+            desk.write(output, WORK);
             assert_says(&desk.early_mistake(line), &[output, "--force"]);
         }
         // A simulation takes long, and is written as labels are.
@@ -61,7 +61,7 @@ fn nothing_is_overwritten_that_was_not_made_here() {
             continue;
         }
         desk.succeed(&format!("{line} --force"));
-        let made = |output: &&str| fs::read(desk.path(output)).unwrap();
+        let made = |output: &&str| desk.bytes(output);
         let first: Vec<_> = outputs.iter().map(made).collect();
         assert!(first.iter().all(|bytes| bytes != WORK), "{line}");
         // What it made itself, it makes again; a mesh of the user it does not.
@@ -94,8 +94,8 @@ fn tables_of_landscapes_are_made_again() {
 #[test]
 fn an_output_is_no_input() {
     let desk = desk();
-    fs::write(desk.path("labels.csv"), "id,label\n").unwrap();
-    let again = fs::read(desk.path("g.parquet")).unwrap();
+    desk.write("labels.csv", "id,label\n");
+    let again = desk.bytes("g.parquet");
     for line in [
         "label g.parquet -o g.parquet",
         "label g.parquet -o ./g.parquet",
@@ -123,11 +123,7 @@ fn an_output_is_no_input() {
     }
     assert_eq!(again, grasps());
     desk.succeed("label g.parquet -o g.parquet --force");
-    assert_ne!(
-        fs::read(desk.path("g.parquet")).unwrap(),
-        again,
-        "labels in place"
-    );
+    assert_ne!(desk.bytes("g.parquet"), again, "labels in place");
 }
 
 /// Folders into which several files are written keep their other files.
@@ -141,11 +137,11 @@ fn folders_of_others_are_not_written_into() {
         ("export g.parquet urdf -o out", "human.urdf"),
     ] {
         fs::create_dir(desk.path("out")).unwrap();
-        fs::write(desk.path("out/thesis.tex"), WORK).unwrap();
+        desk.write("out/thesis.tex", WORK);
         let sentence = desk.early_mistake(line);
         assert_says(&sentence, &["--output out", "thesis.tex", "--force"]);
         desk.succeed(&format!("{line} --force"));
-        assert_eq!(fs::read(desk.path("out/thesis.tex")).unwrap(), WORK);
+        assert_eq!(desk.bytes("out/thesis.tex"), WORK);
         fs::remove_file(desk.path("out/thesis.tex")).unwrap();
         let first = contents(&desk.path("out"));
         assert!(desk.path("out").join(own).is_file());
@@ -338,7 +334,7 @@ fn pictures_of_other_files_of_the_same_name_stay() {
     }
     for verb in ["hands inspect a/right.urdf", "objects inspect a/right.obj"] {
         desk.succeed(&format!("{verb} --quiet"));
-        let first = fs::read(desk.path("right.png")).unwrap();
+        let first = desk.bytes("right.png");
         let other = verb.replace("a/", "b/");
         let sentence = desk.mistake(&format!("{other} --quiet"));
         assert_says(
@@ -349,7 +345,7 @@ fn pictures_of_other_files_of_the_same_name_stay() {
                 "--force",
             ],
         );
-        assert!(fs::read(desk.path("right.png")).unwrap() == first, "{verb}");
+        assert!(desk.bytes("right.png") == first, "{verb}");
         // The same file by another path, and other pictures.
         desk.succeed(&format!("{} --quiet", verb.replace("a/", "b/../a/")));
         desk.succeed(&format!("{other} --quiet -o other"));

@@ -69,7 +69,7 @@ fn inputs() -> &'static Desk {
     static INPUTS: OnceLock<Desk> = OnceLock::new();
     INPUTS.get_or_init(|| {
         let desk = Desk::empty();
-        let write = |name: &str, text: &str| fs::write(desk.path(name), text).unwrap();
+        let write = |name: &str, text: &str| desk.write(name, text);
         for folder in ["robot", "robot/urdf", "one", "two", "my arrays"] {
             fs::create_dir(desk.path(folder)).unwrap();
         }
@@ -129,10 +129,10 @@ fn inputs() -> &'static Desk {
             "1 2 # every point is its own only copy\n",
         );
         write("pairs.py", PAIRS);
-        fs::write(desk.path("-g.parquet"), grasps()).unwrap();
-        fs::write(desk.path("held $1.parquet"), held_grasps()).unwrap();
-        fs::write(desk.path("held.parquet"), grasps()).unwrap();
-        let (mut one, _) = GraspFile::read(&desk.path("-g.parquet"), Overrides::default()).unwrap();
+        desk.write("-g.parquet", grasps());
+        desk.write("held $1.parquet", held_grasps());
+        desk.write("held.parquet", grasps());
+        let mut one = desk.grasps("-g.parquet");
         one.grasps.truncate(1);
         one.write(&desk.path("one.parquet")).unwrap();
         desk.succeed("export held.parquet csv -q -o t.csv");
@@ -218,8 +218,8 @@ fn remade(verb: &str) {
             continue;
         }
         let first = Desk::empty();
-        fs::write(first.path("waves it's.py"), WAVES).unwrap();
-        fs::write(first.path("pairs.py"), PAIRS).unwrap();
+        first.write("waves it's.py", WAVES);
+        first.write("pairs.py", PAIRS);
         let folder = inputs().folder.path().display().to_string();
         let given = arguments.iter().map(|word| word.replacen('@', &folder, 1));
         let output = first
@@ -308,7 +308,7 @@ fn every_flag_is_recorded_or_leaves_no_trace() {
 fn earlier_commands_are_kept() {
     let desk = Desk::with_grasps();
     desk.succeed("label g.parquet -q -o l.parquet");
-    let (file, _) = GraspFile::read(&desk.path("l.parquet"), Overrides::default()).unwrap();
+    let file = desk.grasps("l.parquet");
     let metadata = file.metadata;
     assert_eq!(metadata.command, "landscape label g.parquet");
     let [input] = metadata.inputs.as_slice() else {
@@ -322,7 +322,7 @@ fn earlier_commands_are_kept() {
     let [before] = metadata.earlier.as_slice() else {
         panic!("{:?}", metadata.earlier);
     };
-    let (file, _) = GraspFile::read(&desk.path("g.parquet"), Overrides::default()).unwrap();
+    let file = desk.grasps("g.parquet");
     assert_eq!(before.command, file.metadata.command);
     assert_eq!(
         before.command,
@@ -337,7 +337,6 @@ fn dropping_grasps_leaves_the_file_as_it_is() {
     let line = "synth --object ball -n 2 --steps 1 --keep all";
     desk.succeed(&format!("{line} --drop 0 -o none.parquet"));
     desk.succeed(&format!("{line} --drop 2 -o two.parquet"));
-    let [none, two] =
-        ["none.parquet", "two.parquet"].map(|name| fs::read(desk.path(name)).unwrap());
+    let [none, two] = ["none.parquet", "two.parquet"].map(|name| desk.bytes(name));
     assert!(none == two);
 }

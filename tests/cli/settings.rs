@@ -8,12 +8,6 @@ use crate::desk::{Desk, assert_says};
 use crate::table::rows;
 use crate::{BUILD, built, landscape, promised};
 
-fn printed(desk: &Desk, line: &str) -> String {
-    let output = desk.run(line);
-    assert!(output.status.success(), "{line}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
 /// The settings that a landscape records.
 fn recorded(desk: &Desk, folder: &str) -> Value {
     let text = fs::read_to_string(desk.path(folder).join("landscape.json")).unwrap();
@@ -24,7 +18,7 @@ fn recorded(desk: &Desk, folder: &str) -> Value {
 #[test]
 fn a_printed_file_gives_the_same_landscape() {
     let desk = Desk::with_grasps();
-    fs::write(desk.path("mine.toml"), printed(&desk, "config build")).unwrap();
+    desk.write("mine.toml", desk.print("config build"));
     desk.succeed(&format!(
         "{BUILD} --config mine.toml --no-report -o g.landscape"
     ));
@@ -51,11 +45,7 @@ fn a_printed_file_gives_the_same_landscape() {
 #[test]
 fn settings_of_a_file_are_used() {
     let desk = Desk::with_grasps();
-    fs::write(
-        desk.path("mine.toml"),
-        "temperature = 0.03\nforce = 90.0\n[map]\nneighbours = 2\nseed = 7\n[map.path]\nmethod = \"band\"\nsegments = 9\n",
-    )
-    .unwrap();
+    desk.write("mine.toml", "temperature = 0.03\nforce = 90.0\n[map]\nneighbours = 2\nseed = 7\n[map.path]\nmethod = \"band\"\nsegments = 9\n");
     desk.succeed(&format!(
         "{BUILD} --config mine.toml --neighbours 1 --no-report -o a.landscape"
     ));
@@ -72,17 +62,16 @@ fn settings_of_a_file_are_used() {
     }
     let plain = "surface muller-brown -q --no-report";
     desk.succeed(&format!("{plain} -o usual.landscape"));
-    fs::write(desk.path("printed.toml"), printed(&desk, "config surface")).unwrap();
+    desk.write("printed.toml", desk.print("config surface"));
     desk.succeed(&format!("{plain} --config printed.toml -o same.landscape"));
     assert_eq!(
-        fs::read(desk.path("usual.landscape/stationary.parquet")).unwrap(),
-        fs::read(desk.path("same.landscape/stationary.parquet")).unwrap()
+        desk.bytes("usual.landscape/stationary.parquet"),
+        desk.bytes("same.landscape/stationary.parquet")
     );
-    fs::write(
-        desk.path("few.toml"),
+    desk.write(
+        "few.toml",
         "[search]\npatience = 2\nmax_searches = 32\nseed = 5\n",
-    )
-    .unwrap();
+    );
     desk.succeed(&format!(
         "{plain} --config few.toml --searches 64 -o few.landscape"
     ));
@@ -95,9 +84,9 @@ fn settings_of_a_file_are_used() {
 #[test]
 fn mistakes_in_files_of_settings() {
     let desk = Desk::with_grasps();
-    fs::write(desk.path("typo.toml"), "[map]\nneigbours = 3\n").unwrap();
-    fs::write(desk.path("huge.toml"), "[map]\nsearches = 4000000000\n").unwrap();
-    fs::write(desk.path("few.toml"), "[search]\nbatch = 0\n").unwrap();
+    desk.write("typo.toml", "[map]\nneigbours = 3\n");
+    desk.write("huge.toml", "[map]\nsearches = 4000000000\n");
+    desk.write("few.toml", "[search]\nbatch = 0\n");
     let cases = "
         build g.parquet --config typo.toml | typo.toml | line 2 | neigbours
         build g.parquet --config huge.toml | huge.toml | map.searches = 4e9 | is not from
@@ -118,8 +107,7 @@ fn mistakes_in_files_of_settings() {
 #[test]
 fn verbose_runs_tell_what_they_do() {
     let desk = Desk::with_grasps();
-    let output = desk.run(&format!("{BUILD} -v"));
-    let told = String::from_utf8(output.stdout).unwrap();
+    let told = desk.print(&format!("{BUILD} -v"));
     assert!(
         built().1.starts_with(told.lines().next().unwrap()),
         "{told}"

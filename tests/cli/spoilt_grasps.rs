@@ -44,7 +44,7 @@ fn joint_beyond_its_limit_as_published() {
     let warning =
         format!("farthest is `{name}` in row 1, by 0.5800 rad; they are kept as they are");
     assert_says(&said, &["warning: ", &warning]);
-    let files = LandscapeFiles::read(&desk.path("g.landscape")).unwrap();
+    let files = desk.landscape("g.landscape");
     assert!(
         files
             .manifest
@@ -108,11 +108,7 @@ fn contacts_are_chosen_anew_for_other_surface_points() {
     let sentence = desk.early_mistake("label other.parquet -o t.parquet");
     assert_says(&sentence, &["placed the surface points", "--hand"]);
     desk.succeed("label other.parquet --hand human -q -o anew.parquet");
-    let [old, new] = ["g.parquet", "anew.parquet"].map(|name| {
-        GraspFile::read(&desk.path(name), Overrides::default())
-            .unwrap()
-            .0
-    });
+    let [old, new] = ["g.parquet", "anew.parquet"].map(|name| desk.grasps(name));
     assert_eq!((old.grasps.len(), new.grasps.len()), (6, 6));
     for (old, new) in old.grasps.iter().zip(&new.grasps) {
         assert_eq!(old.grasp.pose, new.grasp.pose);
@@ -149,7 +145,7 @@ fn one_grasp_only() {
 #[test]
 fn identical_grasps() {
     let desk = Desk::with_grasps();
-    let (mut file, _) = GraspFile::read(&desk.path("g.parquet"), Overrides::default()).unwrap();
+    let mut file = desk.grasps("g.parquet");
     let first = file.grasps[0].clone();
     file.grasps = (0..4)
         .map(|id| GraspRow {
@@ -215,12 +211,7 @@ fn measures_that_are_not_those_of_the_poses_are_computed_anew() {
         assert!(energy > 0.01 && (energy - sum).abs() < 1e-9, "{grasp}");
     }
     desk.succeed("label lie.parquet -q -o labelled.parquet");
-    let read = |name: &str| {
-        GraspFile::read(&desk.path(name), Overrides::default())
-            .unwrap()
-            .0
-            .grasps
-    };
+    let read = |name: &str| desk.grasps(name).grasps;
     let (whole, labelled) = (read("g.parquet"), read("labelled.parquet"));
     let stable = |row: &GraspRow| row.stable;
     let outcomes: Vec<_> = labelled.iter().map(stable).collect();
@@ -251,11 +242,7 @@ fn an_unchanged_table_of_another_program_is_as_good() {
     Parts::of(&desk.path("g.parquet")).write(&desk.path("same.parquet"));
     assert_eq!(desk.succeed("label same.parquet -q -o a.parquet"), "");
     desk.succeed("label g.parquet -q -o b.parquet");
-    let [one, other] = ["a.parquet", "b.parquet"].map(|name| {
-        GraspFile::read(&desk.path(name), Overrides::default())
-            .unwrap()
-            .0
-    });
+    let [one, other] = ["a.parquet", "b.parquet"].map(|name| desk.grasps(name));
     assert_eq!(one.grasps, other.grasps);
     let output = desk.run("inspect same.parquet");
     let said = String::from_utf8(output.stderr).unwrap();
@@ -300,7 +287,7 @@ fn change(
 
 fn first_joint() -> (String, [f64; 2]) {
     let desk = Desk::with_grasps();
-    let (file, _) = GraspFile::read(&desk.path("g.parquet"), Overrides::default()).unwrap();
+    let file = desk.grasps("g.parquet");
     let hand = &file.metadata.hands[0];
     (hand.joint_names[0].clone(), hand.limits_rad[0])
 }

@@ -31,10 +31,6 @@ fn data_set() -> Desk {
     made.copied()
 }
 
-fn json(desk: &Desk, name: &str) -> Value {
-    serde_json::from_slice(&fs::read(desk.path(name)).unwrap()).unwrap()
-}
-
 /// The files of a survey that do not depend on threads and interruptions.
 fn promised(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut files = BTreeMap::new();
@@ -52,7 +48,7 @@ const SURVEY: &str = "survey set --first 3 --no-report -q";
 fn a_folder_is_one_job() {
     let desk = data_set();
     desk.succeed(&format!("{SURVEY} --threads 1"));
-    let survey = json(&desk, "set.survey/survey.json");
+    let survey = desk.json("set.survey/survey.json");
     let names: Vec<&str> = (survey["populations"].as_array().unwrap().iter())
         .map(|one| one["name"].as_str().unwrap())
         .collect();
@@ -79,9 +75,9 @@ fn a_folder_is_one_job() {
         survey["populations"][2]["map"]["minima"],
         manifest["counts"]["minima"]
     );
-    let table = fs::read_to_string(desk.path("set.survey/populations.csv")).unwrap();
+    let table = desk.text("set.survey/populations.csv");
     assert_eq!(table.lines().count(), 4);
-    let summary = fs::read_to_string(desk.path("set.survey/summary.md")).unwrap();
+    let summary = desk.text("set.survey/summary.md");
     assert_says(
         &summary,
         &[
@@ -104,15 +100,15 @@ fn a_folder_is_one_job() {
     assert!(whole == killed, "the same bytes");
 
     let folder = "killed.survey/landscapes/human/can.landscape/timings.json";
-    let before = fs::read(desk.path(folder)).unwrap();
+    let before = desk.bytes(folder);
     let modified = fs::metadata(desk.path(folder)).unwrap().modified().unwrap();
     desk.succeed("synth --object pen -n 3 --steps 1 --keep all -q -o set/human/pen.parquet");
     desk.succeed(&format!("{SURVEY} -o killed.survey"));
     assert_eq!(
-        json(&desk, "killed.survey/survey.json")["populations"][3]["name"],
+        desk.json("killed.survey/survey.json")["populations"][3]["name"],
         "human/pen"
     );
-    assert_eq!(fs::read(desk.path(folder)).unwrap(), before);
+    assert_eq!(desk.bytes(folder), before);
     let now = fs::metadata(desk.path(folder)).unwrap().modified().unwrap();
     assert_eq!(now, modified, "what was there is not mapped again");
     // Other settings map it again.
@@ -164,7 +160,7 @@ fn no_task_is_beyond_the_last() {
 #[test]
 fn what_cannot_be_surveyed_is_told() {
     let desk = data_set();
-    fs::write(desk.path("set/broken.parquet"), "no table").unwrap();
+    desk.write("set/broken.parquet", "no table");
     fs::copy(
         desk.path("set/human/ball.parquet"),
         desk.path("set/human/copy.parquet"),
@@ -181,7 +177,7 @@ fn what_cannot_be_surveyed_is_told() {
             "broken.parquet",
         ],
     );
-    let survey = json(&desk, "set.survey/survey.json");
+    let survey = desk.json("set.survey/survey.json");
     assert_eq!(survey["failures"][0]["file"], "broken.parquet");
     assert_eq!(survey["populations"].as_array().unwrap().len(), 3);
 
@@ -199,7 +195,7 @@ fn what_cannot_be_surveyed_is_told() {
         &["none of the 1 files could be read", "broken.parquet"],
     );
     fs::create_dir(desk.path("mine.survey")).unwrap();
-    fs::write(desk.path("mine.survey/thesis.md"), "mine").unwrap();
+    desk.write("mine.survey/thesis.md", "mine");
     assert_says(
         &desk.early_mistake("survey set -o mine.survey"),
         &["thesis.md", "this command would not write"],

@@ -21,7 +21,8 @@ use tempfile::TempDir;
 
 use crate::desk::Desk;
 use crate::table::rows;
-use crate::{BUILD, Files, SURFACE, SYNTH};
+
+use super::{BUILD, Files, SURFACE, SYNTH};
 
 /// A command.
 struct Verb {
@@ -348,7 +349,7 @@ fn materials() -> &'static Files {
         ] {
             fs::copy(reference.join(from), desk.path(to)).unwrap();
         }
-        fs::write(desk.path("cube.obj"), CUBE).unwrap();
+        desk.write("cube.obj", CUBE);
         files_in(&desk)
     })
 }

@@ -11,7 +11,7 @@ use landscape::store::exchange::{Mapping, read};
 #[test]
 fn mistakes_are_one_sentence() {
     let desk = with_table();
-    let write = |name: &str, bytes: &[u8]| fs::write(desk.path(name), bytes).unwrap();
+    let write = |name: &str, bytes: &[u8]| desk.write(name, bytes);
     write(
         "system.npy",
         &npy(b"\x80\x03cos\nsystem\nX\x0b\x00\x00\x00touch owned\x85R."),

@@ -31,23 +31,9 @@ const TURNED: f64 = 1e-12;
 
 fn with_table() -> Desk {
     let desk = Desk::empty();
-    fs::write(desk.path("t.csv"), TABLE).unwrap();
-    succeed(
-        &desk,
-        "import t.csv --hand gripper_parallel --object ball -o t.parquet",
-    );
+    desk.write("t.csv", TABLE);
+    desk.said("import t.csv --hand gripper_parallel --object ball -o t.parquet");
     desk
-}
-
-fn succeed(desk: &Desk, line: &str) -> String {
-    let output = desk.run(line);
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "landscape {line}: {said}");
-    said + &String::from_utf8(output.stdout).unwrap()
-}
-
-fn grasps(path: &Path) -> GraspFile {
-    GraspFile::read(path, Overrides::default()).unwrap().0
 }
 
 /// Largest difference of poses and joints between two files; quaternions are compared up to sign.
@@ -86,7 +72,7 @@ fn difference(a: &GraspFile, b: &GraspFile) -> f64 {
 #[test]
 fn tables_become_grasps_with_contacts_and_energies() {
     let desk = with_table();
-    let file = grasps(&desk.path("t.parquet"));
+    let file = desk.grasps("t.parquet");
     let ids: Vec<u64> = file.grasps.iter().map(|grasp| grasp.id).collect();
     assert_eq!(ids, [7, 9, 11]);
     assert_eq!(file.grasps[0].label.as_deref(), Some("pinch, wide"));
@@ -97,10 +83,7 @@ fn tables_become_grasps_with_contacts_and_energies() {
             grasp.energy > 0.0 && (grasp.terms.iter().sum::<f64>() - grasp.energy).abs() < 1e-12
         );
     }
-    let said = succeed(
-        &desk,
-        "import t.csv --hand gripper_parallel --object ball -o u.parquet",
-    );
+    let said = desk.said("import t.csv --hand gripper_parallel --object ball -o u.parquet");
     assert_says(
         &said,
         &[
@@ -109,12 +92,9 @@ fn tables_become_grasps_with_contacts_and_energies() {
             "3 of 3 grasps",
         ],
     );
-    assert_eq!(
-        fs::read(desk.path("t.parquet")).unwrap().len(),
-        fs::read(desk.path("u.parquet")).unwrap().len()
-    );
+    assert_eq!(desk.bytes("t.parquet").len(), desk.bytes("u.parquet").len());
     // What comes out is a file as any other.
-    assert!(desk.run("inspect t.parquet").status.success());
+    desk.succeed("inspect t.parquet");
 }
 
 /// Published objects are often all called `decomposed.obj`.
@@ -122,8 +102,8 @@ fn tables_become_grasps_with_contacts_and_energies() {
 fn an_object_is_called_as_asked() {
     let desk = with_table();
     let line = "import t.csv --hand gripper_parallel --object ball -q";
-    succeed(&desk, &format!("{line} --name mug -o mug.parquet"));
-    let file = grasps(&desk.path("mug.parquet"));
+    desk.said(&format!("{line} --name mug -o mug.parquet"));
+    let file = desk.grasps("mug.parquet");
     assert_eq!(file.metadata.objects[0].name, "mug");
     assert!(file.grasps.iter().all(|grasp| grasp.object == "mug"));
     let mistake = desk.mistake(&format!("{line} --name a/b -o x.parquet"));
@@ -135,11 +115,11 @@ fn an_object_is_called_as_asked() {
     let two = two
         .replace("\n9,", "\nmug,9,")
         .replace("\n11,", "\nmug,11,");
-    fs::write(desk.path("two.csv"), two).unwrap();
+    desk.write("two.csv", two);
     let line = "import two.csv --hand gripper_parallel --object ball -q";
     assert_says(&desk.mistake(line), &["2 objects", "--name"]);
-    succeed(&desk, &format!("{line} --name mug -o two.parquet"));
-    let ids: Vec<u64> = (grasps(&desk.path("two.parquet")).grasps.iter())
+    desk.said(&format!("{line} --name mug -o two.parquet"));
+    let ids: Vec<u64> = (desk.grasps("two.parquet").grasps.iter())
         .map(|grasp| grasp.id)
         .collect();
     assert_eq!(ids, [9, 11]);
@@ -148,18 +128,17 @@ fn an_object_is_called_as_asked() {
 #[test]
 fn round_trips_are_exact() {
     let desk = with_table();
-    let before = grasps(&desk.path("t.parquet"));
+    let before = desk.grasps("t.parquet");
     for (format, name, tolerance) in [
         ("csv", "r.csv", 0.0),
         ("json", "r.json", 0.0),
         ("dexgraspnet", "r.npy", TURNED),
     ] {
-        succeed(&desk, &format!("export t.parquet {format} -o {name}"));
-        succeed(
-            &desk,
-            &format!("import {name} --hand gripper_parallel --object ball -o r.parquet -q"),
-        );
-        let after = grasps(&desk.path("r.parquet"));
+        desk.said(&format!("export t.parquet {format} -o {name}"));
+        desk.said(&format!(
+            "import {name} --hand gripper_parallel --object ball -o r.parquet -q"
+        ));
+        let after = desk.grasps("r.parquet");
         let off = difference(&before, &after);
         assert!(off <= tolerance, "{format}: {off}");
         if format != "dexgraspnet" {
@@ -173,18 +152,15 @@ fn round_trips_are_exact() {
         }
     }
     // Our own file is a table, too.
-    succeed(
-        &desk,
-        "import t.parquet --hand gripper_parallel --object ball -o s.parquet -q",
-    );
-    assert!(difference(&before, &grasps(&desk.path("s.parquet"))) <= 0.0);
+    desk.said("import t.parquet --hand gripper_parallel --object ball -o s.parquet -q");
+    assert!(difference(&before, &desk.grasps("s.parquet")) <= 0.0);
 }
 
 /// Names with quotes, line breaks and digits, and numbers of 64 bits.
 #[test]
 fn names_and_numbers_come_back_from_tables() {
     let desk = with_table();
-    let known = grasps(&desk.path("t.parquet")).grasps[0].clone();
+    let known = desk.grasps("t.parquet").grasps[0].clone();
     let joints = ["jaw".to_owned()];
     let hostile = [
         "a,b",
@@ -252,7 +228,7 @@ fn names_and_numbers_come_back_from_tables() {
 #[test]
 fn mappings_rename_and_convert() {
     let desk = with_table();
-    let before = grasps(&desk.path("t.parquet"));
+    let before = desk.grasps("t.parquet");
     // Millimetres, the object in the hand, x y z w.
     let entry = |grasp: &GraspRow| {
         let pose = &grasp.grasp.pose;
@@ -273,20 +249,17 @@ fn mappings_rename_and_convert() {
         )
     };
     let text: String = before.grasps.iter().map(entry).collect();
-    fs::write(
-        desk.path("m.json"),
+    desk.write(
+        "m.json",
         format!("{{\"grasps\": [{}]}}", text.trim_end_matches(',')),
-    )
-    .unwrap();
+    );
     let mapping = "translation = \"p\"\ntranslation_unit = \"mm\"\nrotation = \"quat\"\nrotation_form = \"xyzw\"\n\
         frame = \"hand_from_object\"\njoints = \"q\"\nscale = 1.0\n";
-    fs::write(desk.path("m.toml"), mapping).unwrap();
-    let said = succeed(
-        &desk,
-        "import m.json --hand gripper_parallel --object ball --mapping m.toml -o m.parquet",
-    );
+    desk.write("m.toml", mapping);
+    let said = desk
+        .said("import m.json --hand gripper_parallel --object ball --mapping m.toml -o m.parquet");
     assert_says(&said, &["column `q` does not name its joints"]);
-    let off = difference(&before, &grasps(&desk.path("m.parquet")));
+    let off = difference(&before, &desk.grasps("m.parquet"));
     assert!(off < 1e-12, "{off}");
     // Other forms of one rotation, through the library.
     let joints = vec!["jaw".to_owned()];
@@ -332,7 +305,7 @@ fn mappings_rename_and_convert() {
 fn dictionaries_of_dexgraspbench_are_read() {
     let desk = Desk::empty();
     for (name, bytes) in ["a.npy", "b.npy", "c.npy"].iter().zip(bench()) {
-        fs::write(desk.path(name), bytes).unwrap();
+        desk.write(name, bytes);
         let read = read(&desk.path(name), &["jaw".to_owned()], &Mapping::default()).unwrap();
         assert_eq!((read.format, read.grasps.len()), ("DexGraspBench", 2));
         assert_says(&read.notes[0], &["hand's order, jaw"]);
@@ -354,10 +327,7 @@ fn dictionaries_of_dexgraspbench_are_read() {
         }
         assert!((second.pose.joints()[0] - 0.015).abs() < 1e-8 && second.scale == Some(1.0));
     }
-    let said = succeed(
-        &desk,
-        "import . --hand gripper_parallel --object ball -o all.parquet",
-    );
+    let said = desk.said("import . --hand gripper_parallel --object ball -o all.parquet");
     assert_says(&said, &["6 of 6 grasps (DexGraspBench)"]);
 }
 
@@ -379,23 +349,19 @@ fn a_qpos_holds_the_joints_of_a_virtual_wrist() {
         " pos=\"0.01 0 0.034\" quat=\"0.8 0 0.6 0\">",
         &format!(">{wrist}"),
     );
-    fs::write(desk.path("wrist.xml"), hand).unwrap();
-    fs::write(
-        desk.path("t.csv"),
+    desk.write("wrist.xml", hand);
+    desk.write(
+        "t.csv",
         TABLE
             .replace("0.5,0.5,-0.5,0.5", "0.8,0,0,0.6")
             .lines()
             .take(2)
             .collect::<Vec<_>>()
             .join("\n"),
-    )
-    .unwrap();
-    succeed(
-        &desk,
-        "import t.csv --hand wrist.xml --object ball -o t.parquet",
     );
-    succeed(&desk, "export t.parquet qpos");
-    let text = fs::read_to_string(desk.path("t.qpos.csv")).unwrap();
+    desk.said("import t.csv --hand wrist.xml --object ball -o t.parquet");
+    desk.said("export t.parquet qpos");
+    let text = desk.text("t.qpos.csv");
     let (head, row) = text.trim_end().split_once('\n').unwrap();
     assert_eq!(head, "id,x,y,z,turn,jaw");
     let numbers: Vec<f64> = row.split(',').map(|q| q.parse().unwrap()).collect();
@@ -415,8 +381,8 @@ fn a_qpos_holds_the_joints_of_a_virtual_wrist() {
 #[test]
 fn qpos_and_scenes_are_written() {
     let desk = with_table();
-    succeed(&desk, "export t.parquet qpos");
-    let text = fs::read_to_string(desk.path("t.qpos.csv")).unwrap();
+    desk.said("export t.parquet qpos");
+    let text = desk.text("t.qpos.csv");
     let mut lines = text.lines();
     let head = lines.next().unwrap();
     // Joints by their names in the description, also the one that follows, as MuJoCo calls them.
@@ -425,23 +391,20 @@ fn qpos_and_scenes_are_written() {
         lines.next().unwrap(),
         "7,0.1,0.02,0.0333333333333333,0.5,0.5,-0.5,0.5,0.025,0.025"
     );
-    succeed(&desk, "export t.parquet qpos -o q.npy --grasp 9 --grasp 11");
-    let bytes = fs::read(desk.path("q.npy")).unwrap();
+    desk.said("export t.parquet qpos -o q.npy --grasp 9 --grasp 11");
+    let bytes = desk.bytes("q.npy");
     assert!(
         bytes.starts_with(b"\x93NUMPY") && bytes.len() == 128 + 2 * 9 * 8,
         "{}",
         bytes.len()
     );
-    succeed(&desk, "export t.parquet glb");
+    desk.said("export t.parquet glb");
     for id in [7, 9, 11] {
-        let bytes = fs::read(desk.path(&format!("t.scenes/{id}.glb"))).unwrap();
+        let bytes = desk.bytes(&format!("t.scenes/{id}.glb"));
         assert!(bytes.starts_with(b"glTF"));
     }
-    succeed(&desk, "export t.parquet glb --grasp 9 -o nine.glb");
-    assert_eq!(
-        fs::read(desk.path("nine.glb")).unwrap(),
-        fs::read(desk.path("t.scenes/9.glb")).unwrap()
-    );
+    desk.said("export t.parquet glb --grasp 9 -o nine.glb");
+    assert_eq!(desk.bytes("nine.glb"), desk.bytes("t.scenes/9.glb"));
 }
 
 /// The external test data, if available.

@@ -165,13 +165,6 @@ fn digits_that_touch_at_rest_but_not_always_are_checked() {
     assert!(checked(&hand, ["one_far", "two_far"]));
 }
 
-/// The pairs of the built-in hands are those that their published grasps were made with.
-#[test]
-fn built_in_hands_keep_their_pairs() {
-    let pairs = HAND_NAMES.map(|name| Hand::named(name).unwrap().self_pairs.len());
-    assert_eq!(pairs, [227, 227, 151, 698, 9]);
-}
-
 /// What a virtual wrist is made of: names, kinds, axes and ranges of joints, one behind the other.
 const WRIST: [(&str, &str, &str, [f64; 2]); 6] = [
     ("slide_x", "prismatic", "1 0 0", [-1.0, 1.0]),
@@ -255,108 +248,6 @@ fn a_virtual_wrist_becomes_the_pose() {
                 "{}",
                 link.name
             );
-        }
-    }
-}
-
-/// The coordinates of the removed joints that belong to a pose put the hand at this pose, within the limits.
-#[test]
-fn a_virtual_wrist_is_put_back() {
-    for place in ["0 0 0", "0 0.01 0.05"] {
-        let hand = urdf(&(wrist(&WRIST, place) + &body(&THREE))).unwrap();
-        let of_hand = hand.virtual_wrist.as_ref().unwrap();
-        let names: Vec<&str> = of_hand.joint_names().collect();
-        assert_eq!(names, WRIST.map(|(name, ..)| name));
-        // The same description with real joints: a forearm keeps them.
-        let forearm = body(&THREE)
-            + &wrist(&WRIST, place).replace(
-                "<link name=\"base\"/>",
-                &link("base", "0.01 0.01 0.01", "0 0 -0.2"),
-            );
-        let real = urdf(&forearm).unwrap();
-        let mut rng = stream(7, Task::Start, 0);
-        for _ in 0..50 {
-            let mut random = || rng.random_range(-1.0..1.0_f64);
-            let quaternion = UnitQuaternion::from_quaternion(Quaternion::new(
-                random(),
-                random(),
-                random(),
-                random(),
-            ));
-            let translation = [0.5 * random(), 0.5 * random(), 0.5 * random()];
-            let [x, y, z, w] = <[f64; 4]>::from(quaternion.coords);
-            let joints = [0.3, 0.1, 0.2, 0.9, 1.0, 0.5];
-            let pose = Pose::new(translation, [w, x, y, z], &joints);
-            let found = of_hand.coordinates(&pose).unwrap();
-            let mut q = real.prior.rest_rad.clone();
-            for (name, value) in names.iter().zip(&found) {
-                let j = real.joint(name).unwrap();
-                let [low, high] = real.joints[j].limits_rad;
-                assert!(
-                    (low..=high).contains(value) || real.joints[j].wraps,
-                    "{name}: {value}"
-                );
-                q[j] = *value;
-            }
-            for (joint, value) in hand.joints.iter().zip(joints) {
-                q[real.joint(&joint.name).unwrap()] = value;
-            }
-            let mut ours = PosedHand::default();
-            hand.pose(&pose, &mut ours);
-            let theirs = posed(&real, &q);
-            for name in ["palm", "one_far"] {
-                let [a, b] = [(&hand, &ours), (&real, &theirs)]
-                    .map(|(hand, posed)| posed.object_from_link[hand.link(name).unwrap().0]);
-                assert!(
-                    (a.translation - b.translation).norm() < 1e-8
-                        && (a.rotation - b.rotation).amax() < 1e-8,
-                    "{name}"
-                );
-            }
-        }
-        // Out of reach.
-        assert_eq!(
-            of_hand.coordinates(&Pose::new([5.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], &[0.0; 6])),
-            None
-        );
-        assert_eq!(hand.mirrored().virtual_wrist, None);
-    }
-}
-
-/// In MJCF the joints are on the palm itself, and slides may have no range.
-#[test]
-fn a_virtual_wrist_of_mjcf_becomes_the_pose() {
-    let text = |wrist: &str, place: &str| {
-        format!(
-            "<mujoco><compiler angle=\"radian\"/><worldbody><body name=\"palm\" pos=\"{place}\">{wrist}<geom type=\"box\" \
-             size=\"0.05 0.04 0.015\"/><body name=\"f\" pos=\"0 0 0.02\"><joint name=\"f1\" axis=\"0 1 0\" range=\"0 1.4\"/>\
-             <geom type=\"capsule\" fromto=\"0 0 0 0 0 0.045\" size=\"0.008\"/></body><body name=\"g\" pos=\"0.03 0 0.02\">\
-             <joint name=\"g1\" axis=\"0 -1 0\" range=\"0 1.4\"/><geom type=\"capsule\" fromto=\"0 0 0 0 0 0.045\" \
-             size=\"0.008\"/></body></body></worldbody></mujoco>"
-        )
-    };
-    let joints = "<joint name=\"x\" type=\"slide\" axis=\"1 0 0\"/><joint name=\"y\" type=\"slide\" axis=\"0 1 0\"/>\
-                  <joint name=\"z\" type=\"slide\" axis=\"0 0 1\" range=\"-2 2\"/><joint name=\"turn\" axis=\"0 0 1\" pos=\"0 0 -0.1\"/>";
-    for place in ["0 0 0", "0 0 0.034"] {
-        let [hand, plain] =
-            [joints, ""].map(|joints| described(&text(joints, place), None).unwrap());
-        assert_eq!(
-            (&hand.joints, &hand.capsules),
-            (&plain.joints, &plain.capsules)
-        );
-        assert_eq!(
-            (hand.links.len(), &hand.links[0].name),
-            (plain.links.len(), &plain.links[0].name)
-        );
-        assert_eq!(hand.root_offset().is_some(), plain.root_offset().is_some());
-        assert!(
-            hand.notes[0].starts_with("the joints x, y, z, turn move"),
-            "{:?}",
-            hand.notes
-        );
-        let [ours, theirs] = [&hand, &plain].map(|hand| posed(hand, &[0.4, 0.6]));
-        for (ours, theirs) in ours.object_from_link.iter().zip(&theirs.object_from_link) {
-            assert!((ours.translation - theirs.translation).norm() < 1e-12);
         }
     }
 }
@@ -480,25 +371,6 @@ fn a_linkage_moves_as_one_joint() {
     // The palm may be held by the world.
     let hand = described(&four_bar(rocker, end, "<weld body1=\"palm\"/>"), None).unwrap();
     assert_eq!((hand.joints.len(), hand.notes.len()), (4, 0));
-}
-
-/// A loop that couplings close is no matter.
-#[test]
-fn a_loop_closed_by_couplings_is_accepted() {
-    let [rocker, end] = PARALLEL;
-    let couplings = "<joint joint1=\"passive\" joint2=\"drive\" polycoef=\"0 -1\"/><joint joint1=\"back\" joint2=\"drive\" polycoef=\"0 1\"/>";
-    let hand = described(
-        &four_bar(rocker, end, &format!("{CONNECT}{couplings}")),
-        None,
-    )
-    .unwrap();
-    assert_eq!(
-        (hand.joints.len(), hand.notes.len()),
-        (2, 0),
-        "{:?}",
-        hand.notes
-    );
-    assert!(opening_m(&hand, rocker, end) < 1e-9);
 }
 
 /// The rocker is much shorter than the crank, so its angle is no line over that of the drive.

@@ -6,7 +6,7 @@ use landscape::topography::{
 };
 use proptest::prelude::*;
 
-use super::Desk;
+use crate::desk::Desk;
 
 /// Three minima, the first two joined below the third.
 fn network() -> Network {
@@ -213,16 +213,16 @@ proptest! {
 #[cfg(unix)]
 #[test]
 fn a_terminal_gets_no_commands_from_files() {
-    let desk = Desk::new();
+    let desk = Desk::empty();
     let evil = "p\u{1b}[2J\u{9b}31m\u{202e}";
-    desk.write(evil, "0 1.0\n1 1.5\n", "0 1 \u{1b}]0;owned\u{7}\n");
+    desk.database(evil, "0 1.0\n1 1.5\n", "0 1 \u{1b}]0;owned\u{7}\n");
     let harmless = |text: &str| !text.contains(|c: char| commands(c) && c != '\n' && c != '\t');
     let said = desk.mistake(&format!("import {evil}"));
     assert!(
         said.contains("ts.data, line 1, field 3") && harmless(&said),
         "{said:?}"
     );
-    desk.write(evil, "0 1.0\n1 1.5\n", "0 1 2\n");
+    desk.database(evil, "0 1.0\n1 1.5\n", "0 1 2\n");
     let output = desk.run(&format!("import {evil} -o out"));
     assert!(output.status.success());
     for text in [output.stdout, output.stderr] {

@@ -306,46 +306,6 @@ fn what_cannot_be_used_is_said() {
     );
 }
 
-/// If a number of any array has any magnitude, the hand can be posed or the error names the file.
-#[test]
-fn numbers_of_any_magnitude_are_used_or_refused() {
-    let arrays: [fn(&mut Model) -> &mut f64; 7] = [
-        |model| &mut model.template[100],
-        |model| &mut model.shapes[100],
-        |model| &mut model.poses[1000],
-        |model| &mut model.regressor[3],
-        |model| &mut model.mean[7],
-        |model| &mut model.coefficients[50],
-        |model| &mut model.components[(3, 3)],
-    ];
-    let used = |made: Result<Hand, String>, said: &str| match made {
-        Ok(hand) => {
-            let mut posed = PosedHand::default();
-            hand.pose(&hand.rest_coordinates(), &mut posed);
-            assert!(
-                posed.points.iter().flatten().all(|x| x.is_finite()),
-                "{said}"
-            );
-        }
-        Err(error) => assert!(error.contains(".npz"), "{said}: {error}"),
-    };
-    for (number, place) in arrays.into_iter().enumerate() {
-        for value in [1e-300, 1e9, -1e9, 1e155, -1e300, f64::INFINITY] {
-            let mut model = MODEL.clone();
-            *place(&mut model) = value;
-            used(
-                read(&model.npz(), "{}"),
-                &format!("array {number}: {value:e}"),
-            );
-        }
-    }
-    let good = MODEL.npz();
-    for value in ["0", "1e-300", "-1e9", "1e155", "1e300"] {
-        let side = format!(r#"{{"mano": {{"betas": [{value}]}}}}"#);
-        used(read(&good, &side), &side);
-    }
-}
-
 /// Files of grasps hold the place of the model but not its content.
 #[test]
 fn nothing_of_the_model_is_kept() {

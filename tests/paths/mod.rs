@@ -204,17 +204,6 @@ fn check_saddle(case: &Case, ends: (&Minimum, &Minimum), connection: &Connection
 }
 
 #[test]
-fn double_nudging_changes_no_saddle() {
-    let case = &cases()[0];
-    let ends = (&case.minima[1], &case.minima[2]);
-    let mut settings = straight_only(50.0, 1.0, PathMethod::Band);
-    settings.path.band.doubly_nudged = true;
-    let found = straight(&*case.energy, ends, &settings);
-    assert_eq!(found.edge.evidence, Evidence::Saddle);
-    assert!((found.edge.height + 72.248940112325).abs() < 1e-6);
-}
-
-#[test]
 fn half_turns_go_the_lower_way_round() {
     for twist in [-0.8, 0.8] {
         let energy = Turn {
@@ -257,26 +246,6 @@ fn half_turns_go_the_lower_way_round() {
             );
         }
     }
-}
-
-#[test]
-fn both_ways_round_are_lower_for_one_twist_each() {
-    let starts: Vec<Option<Start>> = [-0.8, 0.8]
-        .iter()
-        .map(|twist| {
-            let energy = Turn {
-                even: Orientation::new([2.0, 2.0, 1.0, 1.0]),
-                twist: *twist,
-            };
-            let corners = [vec![1.0, 0.0, 0.0, 0.0], vec![0.0, 1.0, 0.0, 0.0]];
-            let minima = minima_below(&energy, &corners);
-            let settings = straight_only(1.0, 1.5, PathMethod::String);
-            straight(&energy, (&minima[0], &minima[1]), &settings).start
-        })
-        .collect();
-    assert_eq!(starts.len(), 2);
-    assert!(starts.contains(&Some(Start::Straight)));
-    assert!(starts.contains(&Some(Start::Round)));
 }
 
 /// Two wells at distance `step`, the second given as an equivalent copy. The path must have the length and height of the

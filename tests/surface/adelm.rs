@@ -5,15 +5,15 @@ use std::fs;
 use landscape::store::LandscapeFiles;
 use serde_json::Value;
 
-use super::Desk;
+use crate::desk::Desk;
 
 /// Heights of the two passes of the Müller–Brown surface.
 const PASSES: [f64; 2] = [-72.248_940, -40.664_844];
 
 #[test]
 fn attraction_diffusion_alone_bounds_the_passes() {
-    let desk = Desk::new();
-    let told = desk.succeed(&[
+    let desk = Desk::empty();
+    let told = desk.mapped(&[
         "muller-brown",
         "--search",
         "adelm",
@@ -40,7 +40,7 @@ fn attraction_diffusion_alone_bounds_the_passes() {
     assert!(findings["chosen"].is_string() && findings["arrivals"].is_array());
 
     // The same on one thread.
-    desk.succeed(&[
+    desk.mapped(&[
         "muller-brown",
         "--search",
         "adelm",
@@ -58,13 +58,13 @@ fn attraction_diffusion_alone_bounds_the_passes() {
 
 #[test]
 fn what_attraction_diffusion_does_not_use_is_refused() {
-    let desk = Desk::new();
+    let desk = Desk::empty();
     for flags in [
         &["--patience", "9"][..],
         &["--lowest", "9"],
         &["--group-barrier", "0.1"],
     ] {
-        let said = desk.mistake(&[&["muller-brown", "--search", "adelm"][..], flags].concat());
+        let said = desk.unmapped(&[&["muller-brown", "--search", "adelm"][..], flags].concat());
         assert!(said.contains(flags[0]), "{said}");
     }
 }

@@ -1,13 +1,12 @@
 //! `landscape surface --connect`: further searches between two minima.
 
 use std::fs;
-use std::process::Stdio;
-use std::time::Duration;
 
 use landscape::store::LandscapeFiles;
 use landscape::topography::{Evidence, MinimumId, Tree};
 
-use super::{Desk, promised};
+use super::promised;
+use crate::desk::Desk;
 
 /// A search of nine atoms that is stopped long before it has found most of 21 minima and 165 saddles.
 const SHORT: [&str; 8] = [
@@ -39,10 +38,10 @@ fn told(desk: &Desk, folder: &str) -> String {
 
 #[test]
 fn a_lower_way_is_found() {
-    let desk = Desk::new();
-    desk.succeed(&[&SHORT[..], &["-o", "plain"]].concat());
+    let desk = Desk::empty();
+    desk.mapped(&[&SHORT[..], &["-o", "plain"]].concat());
     let connect = [&SHORT[..], &["--connect", "m0", "m5"]].concat();
-    desk.succeed(&[&connect[..], &["--threads", "1", "-o", "more"]].concat());
+    desk.mapped(&[&connect[..], &["--threads", "1", "-o", "more"]].concat());
     let [before, now] = ["plain", "more"].map(|folder| joined(&desk, folder, [0, 5]).unwrap());
     assert!(now < before - 0.1, "{before} {now}");
     let line = told(&desk, "more");
@@ -51,38 +50,19 @@ fn a_lower_way_is_found() {
     assert!(line.starts_with(&expected), "{line}");
     assert!(line.contains("the chance of a lower way is"), "{line}");
     // Other threads, and an interruption among the further searches.
-    desk.succeed(&[&connect[..], &["--threads", "4", "-o", "four"]].concat());
-    assert_eq!(promised(&desk.path("more")), promised(&desk.path("four")));
     let cut = [&connect[..], &["--threads", "2", "-o", "cut"]].concat();
-    let mut child = desk.command(&cut).stderr(Stdio::null()).spawn().unwrap();
-    let journal = desk.path("cut.partial/journal");
-    let began =
-        || fs::read(&journal).is_ok_and(|bytes| holds(&bytes, b"connect/0-5/chains/search/9"));
-    while !began() {
-        assert_eq!(
-            child.try_wait().unwrap(),
-            None,
-            "ended before it was killed"
-        );
-        std::thread::sleep(Duration::from_millis(1));
-    }
-    child.kill().unwrap();
-    assert!(!child.wait().unwrap().success());
-    desk.succeed(&[&cut[..], &["--resume"]].concat());
+    desk.kill_at(&cut, b"connect/0-5/chains/search/9");
+    desk.mapped(&[&cut[..], &["--resume"]].concat());
     assert_eq!(promised(&desk.path("more")), promised(&desk.path("cut")));
-}
-
-fn holds(bytes: &[u8], part: &[u8]) -> bool {
-    bytes.windows(part.len()).any(|window| window == part)
 }
 
 #[test]
 fn two_components_are_joined() {
-    let desk = Desk::new();
+    let desk = Desk::empty();
     let run = |more: &[&str]| {
         let mut arguments = SHORT;
         arguments[1] = "10";
-        desk.succeed(&[&arguments[..], more].concat());
+        desk.mapped(&[&arguments[..], more].concat());
     };
     run(&["-o", "plain"]);
     run(&["--connect", "m7", "m2", "-o", "more"]);
@@ -98,9 +78,9 @@ fn two_components_are_joined() {
 /// The first part of the search is kept when a name turns out to be none.
 #[test]
 fn names_and_searches_that_cannot_be_connected_are_told() {
-    let desk = Desk::new();
+    let desk = Desk::empty();
     let said = |arguments: &[&str]| {
-        let output = desk.run(arguments);
+        let output = desk.surface(arguments);
         assert_eq!(output.status.code(), Some(1), "{arguments:?}");
         String::from_utf8(output.stderr).unwrap()
     };
@@ -110,7 +90,7 @@ fn names_and_searches_that_cannot_be_connected_are_told() {
         text.contains("--connect m3: there are 3 minima, m0 to m2; the same command with other names goes on from here"),
         "{text}"
     );
-    let output = desk.run(&connect("m0", "m2"));
+    let output = desk.surface(&connect("m0", "m2"));
     let text = String::from_utf8(output.stderr).unwrap();
     assert!(text.contains("continuing an interrupted run"), "{text}");
     let line = told(&desk, "muller-brown.landscape");
@@ -146,7 +126,7 @@ fn names_and_searches_that_cannot_be_connected_are_told() {
         ),
     ] {
         let [from, to] = names;
-        let text = desk.mistake(&[&connect(from, to)[..], more, &["-o", "none"]].concat());
+        let text = desk.unmapped(&[&connect(from, to)[..], more, &["-o", "none"]].concat());
         assert!(text.contains(part), "`{part}` is missing in: {text}");
     }
 }

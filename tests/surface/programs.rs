@@ -7,14 +7,16 @@ use std::time::Duration;
 
 use landscape::store::StationaryRow;
 
-use super::{Desk, promised};
+use super::promised;
+use crate::desk::Desk;
 
 #[cfg(unix)]
 #[test]
 fn programs_that_fail_are_told() {
-    let desk = Desk::new();
-    let mistake =
-        |program: &str| desk.mistake(&["--command", program, "--region=-1:1x2", "-q", "-o", "out"]);
+    let desk = Desk::empty();
+    let mistake = |program: &str| {
+        desk.unmapped(&["--command", program, "--region=-1:1x2", "-q", "-o", "out"])
+    };
     for (program, part) in [
         ("exit 3", "ended (exit status: 3)"),
         ("no_such_program_anywhere", "exit status: 127"),
@@ -46,23 +48,6 @@ fn programs_that_fail_are_told() {
     }
 }
 
-#[cfg(unix)]
-#[test]
-fn an_answer_is_not_waited_for_for_ever() {
-    let desk = Desk::new();
-    let arguments = [
-        "--command",
-        "read line; sleep 1000; true",
-        "--region=-1:1x2",
-        "-q",
-    ];
-    let said = desk.mistake(&[&arguments[..], &["--answer-seconds", "0.3"]].concat());
-    assert!(said.contains("within 0.3 s"), "{said}");
-    assert!(said.contains("--answer-seconds"), "{said}");
-    let said = desk.mistake(&[&arguments[..], &["--answer-seconds", "0"]].concat());
-    assert!(said.contains("--answer-seconds 0"), "{said}");
-}
-
 /// Whether a process still runs.
 #[cfg(target_os = "linux")]
 fn runs(process: &str) -> bool {
@@ -76,11 +61,11 @@ fn runs(process: &str) -> bool {
 fn programs_end_with_the_run_however_it_ends() {
     // Others may be ignored where tests run in the background, and are then ignored by the run as well.
     for signal in ["KILL", "TERM"] {
-        let desk = Desk::new();
+        let desk = Desk::empty();
         // A program that does not care whether its input ends, and another that it started.
         let program = "sleep 600 & echo $! $$ > started.new; mv started.new started; trap '' HUP; read line; sleep 600; true";
         let mut run = desk
-            .command(&["--command", program, "--region=-1:1x2", "-q"])
+            .surface_command(&["--command", program, "--region=-1:1x2", "-q"])
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
@@ -97,7 +82,7 @@ fn programs_end_with_the_run_however_it_ends() {
             wait(&|| desk.path("started").exists()),
             "{signal}: not started"
         );
-        let started = fs::read_to_string(desk.path("started")).unwrap();
+        let started = desk.text("started");
         assert!(started.split_whitespace().all(runs), "{signal}: {started}");
         let kill = format!("kill -{signal} {}", run.id());
         let killed = Command::new("sh").args(["-c", &kill]).status().unwrap();
@@ -123,7 +108,7 @@ fn a_python_energy_is_mapped() {
     if !python() {
         return;
     }
-    let desk = Desk::new();
+    let desk = Desk::empty();
     let program = format!(
         "python3 '{}'",
         Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -138,8 +123,8 @@ fn a_python_energy_is_mapped() {
         "--patience",
         "8",
     ];
-    desk.succeed(&[&arguments[..], &["--threads", "2", "-o", "one"]].concat());
-    desk.succeed(&[&arguments[..], &["--threads", "1", "-o", "two"]].concat());
+    desk.mapped(&[&arguments[..], &["--threads", "2", "-o", "one"]].concat());
+    desk.mapped(&[&arguments[..], &["--threads", "1", "-o", "two"]].concat());
     assert_eq!(promised(&desk.path("one")), promised(&desk.path("two")));
     check_brown(&desk.path("one"));
 }
@@ -183,12 +168,12 @@ while header := sys.stdin.buffer.read(8):
 
 /// Maps the waves with a program of this loop.
 fn waves(desk: &Desk, answers: &str, protocol: &str) -> Vec<StationaryRow> {
-    fs::write(desk.path("waves.py"), format!("{WAVES}{answers}")).unwrap();
+    desk.write("waves.py", format!("{WAVES}{answers}"));
     let program = ["--command", "python3 waves.py", "--protocol", protocol];
     let others = ["--region=-1:2,0:2", "--coordinates", "periodic", "-q"];
     let output = format!("{protocol}.landscape");
-    desk.succeed(&[&program[..], &others, &["-o", &output]].concat());
-    StationaryRow::read(&desk.path(&output)).unwrap()
+    desk.mapped(&[&program[..], &others, &["-o", &output]].concat());
+    desk.stationary(&output)
 }
 
 #[test]
@@ -196,7 +181,7 @@ fn a_periodic_cell_is_mapped_in_plain_numbers() {
     if !python() {
         return;
     }
-    let desk = Desk::new();
+    let desk = Desk::empty();
     let rows = waves(&desk, ONE, "binary");
     let found: Vec<(u64, f64)> = rows.iter().map(|row| (row.index, row.energy)).collect();
     let expected = [(0, -1.5), (1, -0.5), (1, 0.5)];
@@ -216,7 +201,7 @@ fn many_points_are_asked_for_at_once() {
     if !python() {
         return;
     }
-    let desk = Desk::new();
+    let desk = Desk::empty();
     let one = waves(&desk, ONE, "binary");
     let all = waves(&desk, MANY, "batch");
     assert_eq!(one.len(), all.len());
@@ -224,7 +209,7 @@ fn many_points_are_asked_for_at_once() {
         assert!((one.energy - all.energy).abs() < 1e-9 && one.index == all.index);
     }
     // Hessians ask for two points for each of two coordinates.
-    let counts = fs::read_to_string(desk.path("counts.txt")).unwrap();
+    let counts = desk.text("counts.txt");
     assert!(counts.lines().any(|line| line == "4") && counts.lines().any(|line| line == "1"));
 }
 
@@ -233,7 +218,7 @@ fn a_neural_network_is_mapped() {
     if !python() {
         return;
     }
-    let desk = Desk::new();
+    let desk = Desk::empty();
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/energies/neural_network.py");
     let program = format!("python3 '{}'", example.display());
     let arguments = [
@@ -253,8 +238,8 @@ fn a_neural_network_is_mapped() {
         "-o",
         "network.landscape",
     ];
-    desk.succeed(&[&arguments[..], &others].concat());
-    let rows = StationaryRow::read(&desk.path("network.landscape")).unwrap();
+    desk.mapped(&[&arguments[..], &others].concat());
+    let rows = desk.stationary("network.landscape");
     let minima: Vec<&StationaryRow> = rows.iter().filter(|row| row.index == 0).collect();
     // The best network comes in copies: hidden units exchanged, signs turned.
     let best = minima
@@ -279,7 +264,7 @@ fn a_python_energy_without_gradient_is_mapped() {
     if !python() {
         return;
     }
-    let desk = Desk::new();
+    let desk = Desk::empty();
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/energies/muller_brown.py");
     let program = fs::read_to_string(example).unwrap();
     let program = program.replace(
@@ -287,7 +272,7 @@ fn a_python_energy_without_gradient_is_mapped() {
         "\"energy\": energy",
     );
     assert!(!program.contains("\"gradient\": gradient"));
-    fs::write(desk.path("brown.py"), program).unwrap();
+    desk.write("brown.py", program);
     let program = "python3 brown.py";
     let arguments = [
         "--command",
@@ -297,7 +282,7 @@ fn a_python_energy_without_gradient_is_mapped() {
         "--patience",
         "8",
     ];
-    desk.succeed(&[&arguments[..], &["-o", "out"]].concat());
+    desk.mapped(&[&arguments[..], &["-o", "out"]].concat());
     check_brown(&desk.path("out"));
 }
 
@@ -308,35 +293,8 @@ pub(crate) fn program(desk: &Desk, name: &str, lines: &str) -> String {
          print(json.dumps({{'energy': energy, 'gradient': gradient}}), flush=True)\n",
         lines.replace('\n', "\n    ")
     );
-    fs::write(desk.path(name), text).unwrap();
+    desk.write(name, text);
     format!("python3 {name}")
-}
-
-#[test]
-fn one_forgotten_coupling_is_told() {
-    if !python() {
-        return;
-    }
-    let desk = Desk::new();
-    let energy = "energy = (x * x - 1) ** 2 + y * y + 0.3 * x * y\n";
-    let right = program(
-        &desk,
-        "right.py",
-        &format!("{energy}gradient = [4 * x * (x * x - 1) + 0.3 * y, 2 * y + 0.3 * x]"),
-    );
-    let wrong = program(
-        &desk,
-        "wrong.py",
-        &format!("{energy}gradient = [4 * x * (x * x - 1) + 0.3 * y, 2 * y]"),
-    );
-    let arguments = ["--region=-2:2x2", "-q", "-o", "out", "--patience", "8"];
-    let said = desk.mistake(&[&["--command", &wrong][..], &arguments].concat());
-    assert!(
-        said.contains("the gradient is not the derivative"),
-        "{said}"
-    );
-    assert!(said.contains("component 1 is given"), "{said}");
-    desk.succeed(&[&["--command", &right][..], &arguments].concat());
 }
 
 #[test]
@@ -344,14 +302,14 @@ fn rings_and_kinks_are_told() {
     if !python() {
         return;
     }
-    let desk = Desk::new();
+    let desk = Desk::empty();
     let ring = program(
         &desk,
         "ring.py",
         "s = x * x + y * y - 1\nenergy = s * s\ngradient = [4 * s * x, 4 * s * y]",
     );
     let arguments = ["--region=-2:2x2", "--patience", "8"];
-    let said = desk.succeed(&[&["--command", &ring, "-o", "ring"][..], &arguments].concat());
+    let said = desk.mapped(&[&["--command", &ring, "-o", "ring"][..], &arguments].concat());
     for part in [
         "**1 minimum** and **0 saddles**",
         "1 component; 1 group (relative barrier up to",
@@ -363,7 +321,7 @@ fn rings_and_kinks_are_told() {
     ] {
         assert!(said.contains(part), "`{part}` is missing in: {said}");
     }
-    let rows = StationaryRow::read(&desk.path("ring")).unwrap();
+    let rows = desk.stationary("ring");
     assert!(
         rows.iter().all(|row| row.verdict == "degenerate"),
         "{rows:?}"
@@ -373,7 +331,7 @@ fn rings_and_kinks_are_told() {
         "cusp.py",
         "x -= 0.2\nenergy = abs(x) + y * y\ngradient = [math.copysign(1, x), 2 * y]",
     );
-    let said = desk.mistake(&[&["--command", &cusp, "-o", "cusp", "-q"][..], &arguments].concat());
+    let said = desk.unmapped(&[&["--command", &cusp, "-o", "cusp", "-q"][..], &arguments].concat());
     assert!(said.contains("found no minimum"), "{said}");
     assert!(said.contains("bottom of a kink"), "{said}");
     let ridge = program(
@@ -381,7 +339,7 @@ fn rings_and_kinks_are_told() {
         "ridge.py",
         "s = 1 if x > -0.075 else -1\nenergy = (x - s) ** 2 + y * y + (0.3 if s < 0 else 0)\ngradient = [2 * (x - s), 2 * y]",
     );
-    let said = desk.succeed(&[&["--command", &ridge, "-o", "ridge"][..], &arguments].concat());
+    let said = desk.mapped(&[&["--command", &ridge, "-o", "ridge"][..], &arguments].concat());
     for part in [
         "joined to the others by no saddle\n",
         "no search ended at a saddle",
@@ -389,55 +347,22 @@ fn rings_and_kinks_are_told() {
     ] {
         assert!(said.contains(part), "`{part}` is missing in: {said}");
     }
-    let told = fs::read_to_string(desk.path("ridge/landscape.json")).unwrap();
+    let told = desk.text("ridge/landscape.json");
     assert!(told.contains("\"unseen_below\": null"), "{told}");
-}
-
-/// Two rows of one saddle, which joins three minima.
-#[test]
-fn a_monkey_saddle_is_one() {
-    if !python() {
-        return;
-    }
-    let desk = Desk::new();
-    let monkey = program(
-        &desk,
-        "monkey.py",
-        "s = x * x + y * y\nenergy = x ** 3 - 3 * x * y * y + s * s\n\
-         gradient = [3 * (x * x - y * y) + 4 * s * x, 4 * s * y - 6 * x * y]",
-    );
-    let arguments = ["--region=-1:1x2", "--patience", "8", "-o", "monkey"];
-    let said = desk.succeed(&[&["--command", &monkey][..], &arguments].concat());
-    for part in [
-        "**3 minima** and **1 saddle**, 0 of which",
-        "(the same saddle) |",
-        "more than two valleys meet in a saddle",
-    ] {
-        assert!(said.contains(part), "`{part}` is missing in: {said}");
-    }
-    let rows = StationaryRow::read(&desk.path("monkey")).unwrap();
-    let verdicts: Vec<&str> = rows.iter().map(|row| row.verdict.as_str()).collect();
-    assert_eq!(verdicts, ["sound", "sound", "sound", "sound", "duplicate"]);
-    let mut rates = Command::new(env!("CARGO_BIN_EXE_landscape"));
-    rates.args(["rates", "monkey", "--from", "m0", "--to", "m1"]);
-    rates.args(["--temperature", "0.1"]);
-    let output = rates.current_dir(desk.folder.path()).output().unwrap();
-    let said = String::from_utf8(output.stdout).unwrap();
-    assert!(said.contains("more than two valleys meet there"), "{said}");
 }
 
 #[test]
 fn completeness_is_claimed_where_it_is_earned() {
-    let desk = Desk::new();
-    let sure = desk.succeed(&["torsion", "1", "3", "1", "3"]);
+    let desk = Desk::empty();
+    let sure = desk.mapped(&["torsion", "1", "3", "1", "3"]);
     assert!(
         sure.contains("completeness: **99 % sure** of all minima and saddles"),
         "{sure}"
     );
-    let unsure = desk.succeed(&["lj", "7"]);
+    let unsure = desk.mapped(&["lj", "7"]);
     assert!(!unsure.contains("99 % sure"), "{unsure}");
     // What was stopped by one limit is not advised to raise the other.
-    let stopped = desk.succeed(&["lj", "7", "--searches", "64", "-o", "stopped"]);
+    let stopped = desk.mapped(&["lj", "7", "--searches", "64", "-o", "stopped"]);
     assert!(
         stopped.contains("nothing is claimed, since the search was stopped"),
         "{stopped}"
@@ -452,7 +377,7 @@ fn declared_symmetries_make_one_point_of_copies() {
     if !python() {
         return;
     }
-    let desk = Desk::new();
+    let desk = Desk::empty();
     let wells = program(
         &desk,
         "wells.py",
@@ -466,18 +391,18 @@ fn declared_symmetries_make_one_point_of_copies() {
         "--patience",
         "8",
     ];
-    desk.succeed(&[&arguments[..], &["-o", "all"]].concat());
+    desk.mapped(&[&arguments[..], &["-o", "all"]].concat());
     let symmetries = desk.path("copies.txt");
     fs::write(&symmetries, "# exchange, mirror\n2 1\n-1 2\n").unwrap();
     let declared = ["--symmetries", "copies.txt", "-o", "one"];
-    desk.succeed(&[&arguments[..], &declared].concat());
+    desk.mapped(&[&arguments[..], &declared].concat());
     let counts = |name: &str| {
-        let rows = StationaryRow::read(&desk.path(name)).unwrap();
+        let rows = desk.stationary(name);
         [0, 1].map(|index| rows.iter().filter(|row| row.index == index).count())
     };
     assert_eq!((counts("all"), counts("one")), ([4, 4], [1, 1]));
     // Of 8 symmetries the exchange (or its negative) leaves a minimum in place: 4 copies.
-    let minima = fs::read_to_string(desk.path("one/min.data")).unwrap();
+    let minima = desk.text("one/min.data");
     assert_eq!(minima.split_whitespace().nth(2), Some("2"), "{minima}");
     for (text, said) in [
         ("1 2\n-2 3\n", "does not name coordinate 1"),
@@ -486,7 +411,7 @@ fn declared_symmetries_make_one_point_of_copies() {
         ("# none\n", "contains no symmetry"),
     ] {
         fs::write(&symmetries, text).unwrap();
-        let told = desk.mistake(&[&arguments[..], &declared].concat());
+        let told = desk.unmapped(&[&arguments[..], &declared].concat());
         assert!(told.contains(said), "{told}");
     }
     let tilted = program(
@@ -496,6 +421,6 @@ fn declared_symmetries_make_one_point_of_copies() {
     );
     fs::write(&symmetries, "1 -2\n-1 2\n").unwrap();
     let arguments = ["--command", &tilted, "--region=-2:2x2", "-q"];
-    let told = desk.mistake(&[&arguments[..], &declared].concat());
+    let told = desk.unmapped(&[&arguments[..], &declared].concat());
     assert!(told.contains("symmetry 2 changes the energy"), "{told}");
 }

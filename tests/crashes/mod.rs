@@ -1,7 +1,5 @@
 //! Runs that are killed (SIGKILL) or whose journals are truncated. Finished tasks are kept, and the final result is identical to
 //! the last byte. `verbs` stops every command at any moment and takes its disk space away.
-#![cfg(all(feature = "cli", unix))]
-#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -10,18 +8,11 @@ use std::process::{Child, Stdio};
 use std::sync::OnceLock;
 use std::time::Duration;
 
-use desk::{Desk, assert_says};
 use landscape::store::Journal;
-use records::records;
 
-#[path = "../desk/mod.rs"]
-mod desk;
-#[path = "../records/mod.rs"]
-mod records;
-#[path = "../skipped/mod.rs"]
-mod skipped;
-#[path = "../table/mod.rs"]
-mod table;
+use crate::desk::{Desk, assert_says};
+use crate::records::records;
+
 mod verbs;
 
 /// A command and its output.
@@ -77,7 +68,7 @@ impl Run {
             assert!(child.wait().unwrap().success());
             Whole {
                 files: self.files(&desk),
-                journal: fs::read(desk.path("kept")).unwrap(),
+                journal: desk.bytes("kept"),
             }
         })
     }
@@ -86,7 +77,7 @@ impl Run {
     fn desk(&self) -> Desk {
         let desk = Desk::empty();
         if self.output == BUILD.output {
-            fs::write(desk.path(SYNTH.output), &SYNTH.whole().files[SYNTH.output]).unwrap();
+            desk.write(SYNTH.output, &SYNTH.whole().files[SYNTH.output]);
         }
         desk
     }
@@ -254,13 +245,13 @@ fn journals_that_do_not_fit() {
         let other = Journal::open(&desk.path(run.journal), "another program", false).unwrap();
         other.put("chain 0", b"{}").unwrap();
         drop(other);
-        let before = fs::read(desk.path(run.journal)).unwrap();
+        let before = desk.bytes(run.journal);
         for flag in ["", "--resume"] {
             assert_says(
                 &desk.mistake(&format!("{} {flag}", run.line)),
                 &[run.journal, "other input or settings", "--fresh"],
             );
-            assert_eq!(fs::read(desk.path(run.journal)).unwrap(), before);
+            assert_eq!(desk.bytes(run.journal), before);
         }
         run.finish(&desk, "-q --fresh");
     }
