@@ -17,8 +17,6 @@ mod mjcf;
 mod neural;
 mod objects;
 mod published;
-#[path = "../analysis/relaxed.rs"]
-mod relaxed;
 mod shapes;
 mod skipped;
 mod stability;

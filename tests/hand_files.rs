@@ -504,37 +504,3 @@ fn marks_are_not_solid() {
         marked.notes
     );
 }
-
-/// A finger without collision geometry of its own keeps the mesh that is drawn of it, and the program says so.
-#[test]
-fn drawn_meshes_of_bodies_without_collisions_count() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("finger.obj"), TETRAHEDRON).unwrap();
-    let path = folder.path().join("hand.urdf");
-    let mesh = r#"<visual><geometry><mesh filename="finger.obj"/></geometry></visual>"#;
-    let solid = format!("<collision>{BALL}</collision>");
-    fs::write(&path, two_links(&solid, mesh, "")).unwrap();
-    let hand = load(&path);
-    let finger = hand.link("finger").unwrap();
-    assert!(hand.surface.iter().any(|point| point.link == finger));
-    assert!(
-        hand.notes[0].starts_with(
-            "link \"finger\" has no collision geometry, and no link fixed to it has any"
-        ),
-        "{:?}",
-        hand.notes
-    );
-    // Fixed to a finger that collides, it is decoration.
-    let more = format!(
-        r#"<link name="shell">{mesh}</link><joint name="k" type="fixed"><parent link="finger"/><child link="shell"/></joint>"#
-    );
-    fs::write(&path, two_links(&solid, &solid, &more)).unwrap();
-    let hand = load(&path);
-    let shell = hand.link("shell").unwrap();
-    assert!(hand.surface.iter().all(|point| point.link != shell));
-    assert!(
-        hand.notes[0].contains("\"shell\" has no collision geometry, so visual"),
-        "{:?}",
-        hand.notes
-    );
-}

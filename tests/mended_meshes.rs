@@ -320,42 +320,6 @@ fn a_bent_sheet_becomes_a_wall_of_even_thickness() {
 }
 
 #[test]
-fn only_open_surfaces_become_walls() {
-    let cube = Shape::new("cube").with_box([0.0; 3], [0.06; 3], false);
-    let whole = Damage {
-        share: 0.0,
-        reversed: None,
-        other_diagonals: false,
-        split: false,
-        jitter_m: 0.0,
-        flipped: 0.0,
-    };
-    let mut rng = stream(1, Task::Start, 0);
-    let (vertices, triangles) = damaged(&cube, whole, &mut rng);
-    // One face is there twice, but nothing is open.
-    let error = Mesh::thickened("cube", vertices.clone(), triangles.clone(), 0.002).unwrap_err();
-    assert!(
-        error.to_string().contains("leave out --thickness"),
-        "{error}"
-    );
-    // With a flag of 60 × 30 mm, the cube stays a solid.
-    let mut vertices = vertices;
-    vertices.extend([[0.06, 0.0, 0.09], [0.06, 0.06, 0.09]].map(Vector3::from));
-    let mut triangles = triangles;
-    triangles.extend([[5, 7, 8], [7, 9, 8]]);
-    let error = Mesh::repaired("flag", vertices.clone(), triangles.clone()).unwrap_err();
-    assert!(
-        error
-            .to_string()
-            .contains("7.7 % of its surface encloses nothing"),
-        "{error}"
-    );
-    let made = Mesh::thickened("flag", vertices, triangles, 0.002).unwrap();
-    let expected = 0.06_f64.powi(3) + 0.03 * 0.06 * 0.002;
-    assert!((made.mesh.volume() / expected - 1.0).abs() < 1e-3);
-}
-
-#[test]
 fn faces_between_two_enclosed_rooms_are_left_out() {
     let corner = |x: f64, y: f64, z: f64| Vector3::new(x, y, z) * 0.03;
     let mut vertices = Vec::new();
@@ -442,20 +406,6 @@ fn corners_on_edges_of_other_faces_do_not_open_a_surface() {
             (made.mesh.volume() / 0.06_f64.powi(3) - 1.0).abs() < 1e-6,
             "{:?}",
             made.repairs
-        );
-    }
-}
-
-#[test]
-fn sound_meshes_stay_the_same() {
-    for name in landscape::object::OBJECT_NAMES {
-        let (mesh, _) = Object::parts_of_named(name).unwrap();
-        let (vertices, triangles) = (mesh.vertices().to_vec(), mesh.triangles().to_vec());
-        let same = Mesh::repaired(name, vertices, triangles).unwrap();
-        assert_eq!(
-            (&same.mesh, same.repairs.as_slice()),
-            (&mesh, &[][..]),
-            "{name}"
         );
     }
 }

@@ -55,32 +55,6 @@ impl Found {
         }
     }
 
-    /// The short program of the front page.
-    fn of_starts(surface: &Surface, units: Units) -> Self {
-        let energy = Scaled::new(surface, units);
-        let draw = in_box(&surface.low, &surface.high);
-        let starts: Vec<Vec<f64>> = (0..200)
-            .map(|id| energy.scaled(&draw(&mut stream(1, Task::Start, id))))
-            .collect();
-        let scales = Scales::measured(&energy, &starts);
-        let quenches = quench_all(&energy, &starts, &scales.quench(), &Run::default()).unwrap();
-        let tolerance = scales.gradient_tolerance();
-        let (minima, rejected) = distinct(&energy, &quenches, &scales.sameness(), tolerance);
-        let settings = MapSettings::for_minima(&energy, &minima);
-        let kernel = Mala::new(&energy);
-        let landscape =
-            build_landscape(&energy, &kernel, minima, &settings, &Run::default()).unwrap();
-        let mut found = Self::mapped(&landscape, &energy, units);
-        found.details = format!(
-            "{:?}, {} unlisted_minima, {} rejected, {} evaluations",
-            landscape.tally(),
-            landscape.unlisted_minima.len(),
-            rejected.len(),
-            landscape.evaluations
-        );
-        found
-    }
-
     fn mapped(landscape: &Landscape, energy: &Scaled<'_>, units: Units) -> Self {
         let minima = landscape.network.node_weights();
         let merges = landscape.tree.nodes.iter().filter(|n| n.minimum.is_none());
@@ -142,9 +116,4 @@ fn in_all_units(found: &dyn Fn(&Surface, Units) -> Found) {
 #[test]
 fn a_search_finds_the_same_in_all_units() {
     in_all_units(&Found::explored);
-}
-
-#[test]
-fn the_short_path_finds_the_same_in_all_units() {
-    in_all_units(&Found::of_starts);
 }
