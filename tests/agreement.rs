@@ -12,35 +12,16 @@ use landscape::agreement::{
 };
 use landscape::sample::{Rng, Task, stream};
 use rand::RngExt;
-use rand::seq::SliceRandom;
-type Points = [[f64; 2]; 12];
+
+/// Coordinates of twelve points in the plane: x, then y.
+type Points = [[f64; 12]; 2];
 const P: Points = [
-    [1., 2.],
-    [2., 4.],
-    [3., 1.],
-    [4., 5.],
-    [9., 1.],
-    [8., 4.],
-    [11., 2.],
-    [10., 6.],
-    [5., 11.],
-    [3., 9.],
-    [7., 12.],
-    [6., 8.],
+    [1., 2., 3., 4., 9., 8., 11., 10., 5., 3., 7., 6.],
+    [2., 4., 1., 5., 1., 4., 2., 6., 11., 9., 12., 8.],
 ];
 const Q: Points = [
-    [2., 1.],
-    [1., 5.],
-    [4., 2.],
-    [3., 3.],
-    [8., 2.],
-    [10., 3.],
-    [12., 5.],
-    [7., 7.],
-    [4., 9.],
-    [5., 12.],
-    [8., 10.],
-    [2., 11.],
+    [2., 1., 4., 3., 8., 10., 12., 7., 4., 5., 8., 2.],
+    [1., 5., 2., 3., 2., 3., 5., 7., 9., 12., 10., 11.],
 ];
 const Z: [f64; 12] = [3., 1., 4., 1., 5., 9., 2., 6., 5., 3., 5., 8.];
 const LABELS: [usize; 12] = [0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 1];
@@ -54,7 +35,8 @@ fn anosim(distances: &PairMatrix, labels: &[usize]) -> f64 {
 fn distances(points: &Points) -> PairMatrix {
     PairMatrix::from_fn(12, |i, j| {
         // Whole numbers below the root, so that ties are exact.
-        ((points[i][0] - points[j][0]).powi(2) + (points[i][1] - points[j][1]).powi(2)).sqrt()
+        let square = |axis: &[f64; 12]| (axis[i] - axis[j]).powi(2);
+        points.iter().map(square).sum::<f64>().sqrt()
     })
 }
 

@@ -105,30 +105,6 @@ fn what_has_rare_saddles_is_not_claimed() {
     }
 }
 
-#[test]
-#[ignore = "minutes: 100 runs each of thirteen surfaces"]
-fn of_a_hundred_claims_95_hold() {
-    for (words, known) in [
-        ("muller-brown", [3, 2]),
-        ("three-hole", [3, 3]),
-        ("double-well 1", [2, 1]),
-        ("double-well 2", [4, 4]),
-        ("double-well 3", [8, 12]),
-        ("double-well 3 0.4", [8, 12]),
-        ("double-well 4", [16, 32]),
-        ("torsion 0.5 3 1 2 2 1", [6, 18]),
-        ("orientation", [4, 12]),
-        ("lj 4", [1, 1]),
-        ("lj 5", [1, 2]),
-        ("lj 6", [2, 3]),
-        ("lj 7", [4, 12]),
-    ] {
-        let claims = claims(&runs(&Counted::named(words, known), 0..100));
-        println!("{words}: {claims:?}");
-        check(claims, 0);
-    }
-}
-
 /// Whether a run claims more than is true: certainty beside missing points, or a bound on what is missing that is too low.
 fn is_false(found: &Exploration, known: [usize; 2]) -> bool {
     let coverage = &found.coverage;
@@ -136,21 +112,6 @@ fn is_false(found: &Exploration, known: [usize; 2]) -> bool {
     let is_complete = [found.minima.len(), found.saddles.len()] == known;
     (coverage.sure >= 0.95 && !is_complete)
         || coverage.unseen_below.is_some_and(|most| most < missed)
-}
-
-#[test]
-fn limits_rise_in_a_stiff_valley_in_any_units() {
-    for units in [[1.0, 1.0], [1e-3, 1e3]] {
-        let valley = Valley::random(23).with_units(units);
-        let found = valley.search(0);
-        let limits = found.limits.unwrap();
-        assert!(limits.rises > 0 && limits.steps > valley.settings(0).steps);
-        assert_eq!(
-            [found.minima.len(), found.saddles.len()],
-            valley.known(),
-            "{limits:?}"
-        );
-    }
 }
 
 /// Of this valley of three dimensions, with walls 3·10⁵ times as stiff as its bottom, 5 of 23 minima and 4 of 22 saddles were

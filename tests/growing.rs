@@ -72,32 +72,6 @@ fn a_grown_map_is_the_map_made_at_once() {
     );
 }
 
-#[test]
-fn nothing_new_costs_nothing() {
-    let (energy, minima) = surface(1);
-    let kernel = Mala::new(&energy);
-    let settings = MapSettings::for_minima(&energy, &minima);
-    let run = Run::default();
-    let whole = build_landscape(&energy, &kernel, minima, &settings, &run).unwrap();
-    let nothing = Addition::default();
-    let same = grow_landscape(&energy, &kernel, &whole, nothing, &settings, &run).unwrap();
-    assert_eq!(same.evaluations, 0);
-    assert_eq!(same.tree, whole.tree);
-    assert_eq!(same.attempts, whole.attempts);
-    assert!(
-        whole
-            .attempts
-            .of_merges(&whole.tree)
-            .iter()
-            .any(Option::is_some)
-    );
-    assert_eq!(
-        same.network.node_weights().collect::<Vec<_>>(),
-        whole.network.node_weights().collect::<Vec<_>>()
-    );
-    assert_eq!(same.connections, whole.connections);
-}
-
 /// Two wells and a ridge between them. The straight way crosses it in a dip between two peaks, and lower ways lead round the
 /// peaks.
 ///

@@ -6,10 +6,10 @@
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use crate::described::described;
 use crate::published::{DEX_URDF, Difference, ORIGINALS, REFERENCES, numbers, of_dex_urdf};
+use crate::table::assert_says;
 use landscape::hand::{Hand, HandFiles, LinkId, PosedHand};
 use nalgebra::{Matrix3, Vector3};
 
@@ -36,7 +36,6 @@ fn hands_move_as_in_mujoco() {
         let hand = load(&folder.join(description));
         let reference = crate::published::reference(&folder.join(reference));
         let worst = Difference::of(&hand, &reference);
-        println!("{description}: {worst:?}");
         assert!(worst.frames >= 21 * 16, "{description}: {worst:?}");
         assert!(
             worst.metres < 1e-9 && worst.radians < 1e-9,
@@ -84,7 +83,6 @@ fn hands_of_dex_urdf_move_as_in_mujoco() {
         let hand = Hand::from_files(&files).unwrap();
         let reference = crate::published::reference(&of_dex_urdf(reference));
         let worst = Difference::of(&hand, &reference);
-        println!("{description}: {worst:?}");
         assert!(
             worst.frames >= 6 * 9 && worst.metres < 1e-9 && worst.radians < 1e-9,
             "{description}: {worst:?}"
@@ -218,17 +216,7 @@ fn roles_follow_from_the_tree() {
         // The root is turned: what is −y in the others is x here.
         (REFERENCES[7][0], 6, Vector3::x(), Vector3::z()),
     ] {
-        let started = Instant::now();
         let hand = load(&folder.join(description));
-        println!(
-            "{description}: {:.2} s, {} capsules, {} pairs, palm {:?}, {:?}, notes {:?}",
-            started.elapsed().as_secs_f64(),
-            hand.capsules.len(),
-            hand.self_pairs.len(),
-            hand.palm,
-            hand.digits,
-            hand.notes
-        );
         assert_eq!(hand.digits.len(), digits, "{description}");
         assert_eq!(hand.digits[1], "thumb", "{description}");
         let of_thumb = hand.links.iter().filter(|link| link.digit == 1);
@@ -373,10 +361,7 @@ fn references_stay_in_the_folder() {
     }
     for mesh in outside {
         let error = load(mesh, None).unwrap_err();
-        assert!(
-            error.contains("outside") && error.contains("--hand-folder"),
-            "{mesh}: {error}"
-        );
+        assert_says(&error, &["outside", "--hand-folder"]);
         assert_eq!(load(mesh, Some(folder.path())), Ok(()), "{mesh}");
     }
     // Not looked for outside: no word on whether it is there.

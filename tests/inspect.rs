@@ -87,36 +87,6 @@ fn the_format_told_is_the_format_read() {
 }
 
 #[test]
-fn forces_of_the_table_balance() {
-    let desk = Desk::empty();
-    let file = on_sphere(&[
-        [1.0, 0.2, 0.1],
-        [-0.7, 0.8, 0.0],
-        [-0.4, -0.9, 0.3],
-        [0.1, 0.2, -1.0],
-    ]);
-    let text = desk.text(&file);
-    let table = text.split_once("force x").unwrap().1;
-    let rows: Vec<Vec<f64>> = table
-        .lines()
-        .skip(1)
-        .map(|row| {
-            let cells = row.split_whitespace().filter(|cell| *cell != "%");
-            cells.map(|cell| cell.parse().unwrap()).collect()
-        })
-        .collect();
-    assert_eq!(rows.len(), 4);
-    // Four decimals are printed.
-    for component in 4..7 {
-        let sum: f64 = rows.iter().map(|row| row[component]).sum();
-        assert!(sum.abs() <= 4.0 * 0.5e-4 + 1e-12, "{text}");
-    }
-    let normal: f64 = rows.iter().map(|row| row[1]).sum();
-    assert!((normal - 1.0).abs() <= 4.0 * 0.5e-4 + 1e-12, "{text}");
-    assert!(rows.iter().all(|row| row[3] <= 100.0), "{text}");
-}
-
-#[test]
 fn positive_zero_and_negative_epsilon() {
     let desk = Desk::empty();
     let height = 0.75_f64.sqrt();

@@ -222,32 +222,6 @@ fn published_hands_are_read_as_human_or_told_why_not() {
     }
 }
 
-/// The taxonomy does not apply to a hand without a thumb, whatever its fingers are called, and the label says so.
-#[test]
-fn a_hand_without_a_thumb_gets_no_type() {
-    let file = some_grasps(4);
-    let object = object_of(&file);
-    let (human, thumbless) = (hand("human"), hand("human_thumbless"));
-    let labeller = Labeller::new(&thumbless, &object, Rule::standard());
-    assert!(!labeller.applies());
-    for grasp in &file.grasps {
-        let pose = &grasp.grasp.pose;
-        let kept =
-            |joint: &landscape::hand::Joint| pose.joints()[human.joint(&joint.name).unwrap()];
-        let kept: Vec<f64> = thumbless.joints.iter().map(kept).collect();
-        let x = Pose::new(
-            std::array::from_fn(|k| pose[k]),
-            pose.rotation_wxyz(),
-            &kept,
-        );
-        let label = labeller.label(&x);
-        assert_eq!(label.text(), NOT_APPLICABLE);
-        assert!(label.best.is_empty());
-        let why = explain(&label, Rule::standard());
-        assert!(why.contains("no digit stands out as a thumb"), "{why}");
-    }
-}
-
 /// Without its side file the human hand is interpreted from its joints and geometry alone; the result agrees with the
 /// side file.
 #[test]

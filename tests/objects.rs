@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::table::assert_says;
 use landscape::mesh::{ExactMesh, Mesh};
 use landscape::object::{
     Description, Field, FieldSettings, OBJECT_NAMES, Object, ObjectError, Shape,
@@ -140,10 +141,7 @@ fn a_named_object_is_whole() {
             .all(|s| (s.normal.dot(&(s.point - ball.centroid))) > 0.034)
     );
     let message = Object::named("bottel").unwrap_err().to_string();
-    assert!(
-        message.contains("bottel") && message.contains("bottle_round"),
-        "{message}"
-    );
+    assert_says(&message, &["bottel", "bottle_round"]);
 }
 
 #[test]
@@ -158,10 +156,7 @@ fn a_description_lies_beside_its_mesh() {
     std::fs::copy(folder().join("ball.obj"), &path).unwrap();
     std::fs::write(path.with_extension("json"), "{ \"mass_kg\": \"heavy\" }").unwrap();
     let message = Object::load(&path).unwrap_err().to_string();
-    assert!(
-        message.contains("thing.json") && message.contains("heavy"),
-        "{message}"
-    );
+    assert_says(&message, &["thing.json", "heavy"]);
 }
 
 #[test]

@@ -121,17 +121,6 @@ fn eight_atoms() {
 }
 
 #[test]
-#[ignore = "half a minute: 9 Lennard-Jones atoms"]
-fn nine_atoms() {
-    let (found, landscape) = explored(&model("lj 9"));
-    assert_eq!(found.minima.len(), 21);
-    assert!(found.saddles.len() >= 139, "{}", found.saddles.len());
-    // Doye and Wales (2002) have 165: none may be invented.
-    assert!(found.saddles.len() <= 165, "{}", found.saddles.len());
-    assert_eq!(landscape.tree.roots.len(), 1);
-}
-
-#[test]
 fn plane_surfaces() {
     for (name, words) in [
         ("muller_brown", "muller-brown"),

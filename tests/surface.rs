@@ -5,10 +5,10 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::Stdio;
 use std::time::Duration;
 
-use crate::desk::Desk;
+use crate::desk::{Desk, assert_says};
 use crate::folder::names;
 use crate::table::rows;
 use landscape::store::{LandscapeFiles, StationaryRow};
@@ -25,34 +25,16 @@ mod extent;
 mod programs;
 
 impl Desk {
-    fn surface_command(&self, arguments: &[&str]) -> Command {
-        let mut command = self.command("surface");
-        command.args(arguments);
-        command
-    }
-
-    fn surface(&self, arguments: &[&str]) -> Output {
-        self.surface_command(arguments).output().unwrap()
-    }
-
     /// What a search that must succeed prints.
-    fn mapped(&self, arguments: &[&str]) -> String {
-        let output = self.surface(arguments);
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.success(), "{arguments:?}: {said}");
-        String::from_utf8(output.stdout).unwrap()
+    fn mapped(&self, line: &str) -> String {
+        self.print(&format!("surface {line}"))
     }
 
     /// The message of a mistake that leaves no files.
-    fn unmapped(&self, arguments: &[&str]) -> String {
+    fn unmapped(&self, line: &str) -> String {
         let before = names(self.folder.path());
-        let output = self.surface(arguments);
-        let said = String::from_utf8(output.stderr).unwrap();
-        let usage = said.contains("For more information, try '--help'");
-        let code = if usage { 2 } else { 1 };
-        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
-        assert!(!said.contains("panicked"), "{said}");
-        assert_eq!(names(self.folder.path()), before, "{arguments:?}");
+        let said = self.failure(&format!("surface {line}"));
+        assert_eq!(names(self.folder.path()), before, "{line}");
         said
     }
 
@@ -61,8 +43,8 @@ impl Desk {
     }
 
     /// Kills a search as soon as its journal in `cut.partial` contains these bytes.
-    fn kill_at(&self, arguments: &[&str], record: &[u8]) {
-        let mut child = self.surface_command(arguments);
+    fn kill_at(&self, line: &str, record: &[u8]) {
+        let mut child = self.command(&format!("surface {line}"));
         let mut child = child.stderr(Stdio::null()).spawn().unwrap();
         let journal = self.path("cut.partial/journal");
         let began = |bytes: Vec<u8>| bytes.windows(record.len()).any(|part| part == record);
@@ -89,40 +71,17 @@ fn promised(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 #[test]
 fn a_model_is_mapped() {
     let desk = Desk::empty();
-    let text = desk.mapped(&["lj", "6", "--threads", "1"]);
-    assert!(
-        text.contains("**2 minima** and **3 saddles**, 2 of which join two copies"),
-        "{text}"
+    let text = desk.mapped("lj 6 --threads 1");
+    assert_says(
+        &text,
+        &["**2 minima** and **3 saddles**, 2 of which join two copies"],
     );
     assert_eq!(names(desk.folder.path()), ["lj-6.landscape"]);
     let folder = desk.path("lj-6.landscape");
-    assert_eq!(
-        names(&folder),
-        [
-            "barriers.graphml",
-            "barriers.png",
-            "barriers.svg",
-            "disconnectivity.png",
-            "disconnectivity.svg",
-            "edges.parquet",
-            "landscape.json",
-            "min.data",
-            "minima.parquet",
-            "paths.parquet",
-            "points.min",
-            "points.ts",
-            "rarefaction.png",
-            "rarefaction.svg",
-            "report.html",
-            "stationary.parquet",
-            "summary.md",
-            "timings.json",
-            "tree.dot",
-            "tree.json",
-            "tree.nwk",
-            "ts.data"
-        ]
-    );
+    let written = "barriers.graphml barriers.png barriers.svg disconnectivity.png disconnectivity.svg edges.parquet \
+                   landscape.json min.data minima.parquet paths.parquet points.min points.ts rarefaction.png rarefaction.svg \
+                   report.html stationary.parquet summary.md timings.json tree.dot tree.json tree.nwk ts.data";
+    assert_eq!(names(&folder).join(" "), written);
     let files = LandscapeFiles::read(&folder).unwrap();
     assert_eq!((files.minima.len(), files.edges.len()), (2, 1));
     assert!((files.edges[0].height.unwrap() + 12.079031).abs() < 1e-5);
@@ -144,41 +103,38 @@ fn a_model_is_mapped() {
             .all(|row| row.curvatures.len() == 12 && row.verdict == "sound")
     );
     // Another number of threads, the same bytes.
-    desk.mapped(&["lj", "6", "--threads", "3", "-o", "again.landscape"]);
+    desk.mapped("lj 6 --threads 3 -o again.landscape");
     assert_eq!(promised(&folder), promised(&desk.path("again.landscape")));
 }
 
 #[test]
 fn paths_may_be_bands() {
     let desk = Desk::empty();
-    let text = desk.mapped(&["muller-brown", "--paths", "band", "-o", "bands"]);
+    let text = desk.mapped("muller-brown --paths band -o bands");
     assert!(text.contains("--paths band"), "{text}");
     let manifest = desk.landscape("bands").manifest;
     assert_eq!(manifest.settings["paths"], "band");
-    let said = desk.surface(&["muller-brown", "--paths", "rope"]).stderr;
-    assert!(String::from_utf8(said).unwrap().contains("string, band"));
+    let said = desk.unmapped("muller-brown --paths rope");
+    assert!(said.contains("string, band"), "{said}");
 }
 
 #[test]
 fn a_single_minimum_makes_a_landscape_too() {
     let desk = Desk::empty();
-    let text = desk.mapped(&["lj", "4", "-q", "-o", "four"]);
+    let text = desk.mapped("lj 4 -q -o four");
     assert!(text.is_empty());
     let summary = desk.text("four/summary.md");
-    assert!(
-        summary.contains("**1 minimum** and **1 saddle**"),
-        "{summary}"
-    );
+    assert_says(&summary, &["**1 minimum** and **1 saddle**"]);
 }
 
 #[test]
 fn an_interrupted_search_continues() {
     let desk = Desk::empty();
-    let arguments = ["lj", "7", "-q", "--threads", "1", "--patience", "60"];
-    desk.mapped(&[&arguments[..], &["-o", "whole"]].concat());
-    let arguments = [&arguments[..], &["-o", "cut"]].concat();
-    desk.kill_at(&arguments, b"search/1");
-    desk.mapped(&arguments);
+    let search = "lj 7 -q --threads 1 --patience 60 -o";
+    desk.mapped(&format!("{search} whole"));
+    let cut = format!("{search} cut");
+    desk.kill_at(&cut, b"search/1");
+    desk.mapped(&cut);
     assert_eq!(promised(&desk.path("whole")), promised(&desk.path("cut")));
 }
 
@@ -198,26 +154,19 @@ fn mistakes_are_told() {
         lj 7 --elements Ar7 | --command
     ";
     for case in rows(cases) {
-        let arguments: Vec<&str> = case[0].split(' ').collect();
-        let said = desk.unmapped(&arguments);
-        assert!(
-            said.contains(case[1]),
-            "`{}` is missing in: {said}",
-            case[1]
-        );
+        assert_says(&desk.unmapped(case[0]), &case[1..]);
     }
-    assert!(desk.unmapped(&[]).contains("MODEL"));
+    assert!(desk.unmapped("").contains("MODEL"));
 }
 
 #[test]
 fn the_help_teaches() {
-    let text = String::from_utf8(Desk::empty().run(&["--help"]).stdout).unwrap();
-    for part in [
+    let text = Desk::empty().print("surface --help");
+    let parts = [
         "muller-brown",
         "lj N",
         "{\"x\": [0.5, -1.25]}",
         "stationary.parquet",
-    ] {
-        assert!(text.contains(part), "`{part}` is missing in: {text}");
-    }
+    ];
+    assert_says(&text, &parts);
 }

@@ -175,12 +175,7 @@ fn thermodynamics_of_a_surface() {
         .sum();
     assert!((total - 1.0).abs() < 1e-12);
     let folder = desk.path("muller-brown.thermodynamics");
-    for file in [
-        "thermodynamics.csv",
-        "thermodynamics.png",
-        "disconnectivity.svg",
-        "summary.md",
-    ] {
+    for file in "thermodynamics.csv thermodynamics.png disconnectivity.svg summary.md".split(' ') {
         assert!(folder.join(file).is_file(), "{file}");
     }
     let tree = fs::read_to_string(folder.join("tree.json")).unwrap();

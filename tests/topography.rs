@@ -8,7 +8,6 @@ mod gradients;
 mod growing;
 mod kinetics;
 mod lennard_jones;
-mod models;
 mod muller_brown;
 mod odd_energies;
 mod paths;

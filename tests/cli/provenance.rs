@@ -329,14 +329,3 @@ fn earlier_commands_are_kept() {
         "landscape synth --object ball -n 6 --steps 1 --seed 1 --keep all"
     );
 }
-
-/// Grasps are dropped after they are written, so that it changes no byte how many are.
-#[test]
-fn dropping_grasps_leaves_the_file_as_it_is() {
-    let desk = Desk::empty();
-    let line = "synth --object ball -n 2 --steps 1 --keep all";
-    desk.succeed(&format!("{line} --drop 0 -o none.parquet"));
-    desk.succeed(&format!("{line} --drop 2 -o two.parquet"));
-    let [none, two] = ["none.parquet", "two.parquet"].map(|name| desk.bytes(name));
-    assert!(none == two);
-}

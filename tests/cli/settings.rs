@@ -26,13 +26,7 @@ fn a_printed_file_gives_the_same_landscape() {
         promised(&desk.path("g.landscape")),
         promised(&landscape().path("g.landscape")),
     );
-    for name in [
-        "minima.parquet",
-        "edges.parquet",
-        "paths.parquet",
-        "tree.nwk",
-        "barriers.graphml",
-    ] {
+    for name in "minima.parquet edges.parquet paths.parquet tree.nwk barriers.graphml".split(' ') {
         assert!(found[name] == usual[name], "{name}");
     }
     assert_eq!(

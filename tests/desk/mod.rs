@@ -4,6 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
+pub(crate) use crate::table::assert_says;
 use landscape::store::{GraspFile, LandscapeFiles, Overrides};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -49,11 +50,16 @@ impl Desk {
         LandscapeFiles::read(&self.path(name)).unwrap()
     }
 
+    /// The program with these words as arguments. A word with spaces is in backquotes.
     pub(crate) fn command(&self, line: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_landscape"));
-        command
-            .args(line.split_whitespace())
-            .current_dir(self.folder.path());
+        command.current_dir(self.folder.path());
+        for (place, part) in line.split('`').enumerate() {
+            match place % 2 {
+                0 => command.args(part.split_whitespace()),
+                _ => command.arg(part),
+            };
+        }
         command
     }
 
@@ -91,30 +97,32 @@ impl Desk {
         said + &told
     }
 
-    /// Runs a command that must fail with exit code 1, or 2 if clap refuses the command line, and one line `error: …`. Returns
-    /// the message.
+    /// Runs a command that must fail with exit code 1, or 2 if clap refuses the command line, and one error. Returns its
+    /// standard error.
+    pub(crate) fn failure(&self, line: &str) -> String {
+        failure(&self.run(line), line)
+    }
+
+    /// Runs a command that must fail and says nothing but `error: …`. Returns the message.
     pub(crate) fn mistake(&self, line: &str) -> String {
         mistake(&self.run(line), line)
     }
 }
 
-/// The message of a command that failed, as [`Desk::mistake`] requires it.
-pub(crate) fn mistake(output: &Output, line: &str) -> String {
-    let said = str::from_utf8(&output.stderr).unwrap();
+/// The standard error of a command that failed, as [`Desk::failure`] requires it.
+fn failure(output: &Output, line: &str) -> String {
+    let said = String::from_utf8(output.stderr.clone()).unwrap();
     let usage = said.contains("For more information, try '--help'");
     let code = if usage { 2 } else { 1 };
     assert_eq!(output.status.code(), Some(code), "landscape {line}: {said}");
     assert!(!said.contains("panicked"), "{said}");
-    let sentence = said.strip_prefix("error: ").expect(said);
-    assert!(!sentence.contains("error:"), "one error only: {said}");
-    sentence.trim_end().to_owned()
+    assert_eq!(said.matches("error:").count(), 1, "one error only: {said}");
+    said
 }
 
-pub(crate) fn assert_says(sentence: &str, words: &[&str]) {
-    for word in words {
-        assert!(
-            sentence.contains(word),
-            "`{word}` is missing in: {sentence}"
-        );
-    }
+/// The message of a command that failed, as [`Desk::mistake`] requires it.
+pub(crate) fn mistake(output: &Output, line: &str) -> String {
+    let said = failure(output, line);
+    let sentence = said.strip_prefix("error: ").expect(&said);
+    sentence.trim_end().to_owned()
 }

@@ -41,30 +41,17 @@ fn difference(a: &GraspFile, b: &GraspFile) -> f64 {
     assert_eq!(a.grasps.len(), b.grasps.len());
     let mut worst: f64 = 0.0;
     for (one, two) in a.grasps.iter().zip(&b.grasps) {
-        let (one, two) = (&one.grasp.pose, &two.grasp.pose);
-        let dot: f64 = one
-            .rotation_wxyz()
-            .iter()
-            .zip(two.rotation_wxyz())
-            .map(|(p, q)| p * q)
-            .sum();
-        let rotation = one
-            .rotation_wxyz()
-            .into_iter()
-            .zip(two.rotation_wxyz().map(|q| q * dot.signum()));
-        let pairs = one
-            .translation_m()
-            .iter()
-            .copied()
-            .zip(two.translation_m().iter().copied());
-        let pairs = pairs.chain(rotation);
-        let pairs = pairs.chain(
-            one.joints()
-                .iter()
-                .copied()
-                .zip(two.joints().iter().copied()),
-        );
-        worst = pairs.map(|(p, q)| (p - q).abs()).fold(worst, f64::max);
+        let (one, two) = (&one.grasp.pose[..], &two.grasp.pose[..]);
+        assert_eq!(one.len(), two.len());
+        let dot: f64 = (3..7).map(|k| one[k] * two[k]).sum();
+        for (k, (p, q)) in one.iter().zip(two).enumerate() {
+            let sign = if (3..7).contains(&k) {
+                dot.signum()
+            } else {
+                1.0
+            };
+            worst = worst.max((p - sign * q).abs());
+        }
     }
     worst
 }
@@ -131,30 +118,13 @@ fn names_and_numbers_come_back_from_tables() {
     let desk = with_table();
     let known = desk.grasps("t.parquet").grasps[0].clone();
     let joints = ["jaw".to_owned()];
-    let hostile = [
-        "a,b",
-        "\"",
-        "'",
-        "a\nb",
-        "a\r\nb",
-        "#",
-        "\u{1b}[2J",
-        "\0",
-        "1e3",
-        "007",
-        "-0",
-        "NaN",
-        "[1 2]",
-        "1;2",
-        "=1+1",
-        "שלום",
-        "👩🏽\u{200d}🚀",
-        "<!--",
-        "\u{202e}",
-        "9007199254740993",
-    ];
+    let hostile = concat!(
+        "a,b|\"|'|a\nb|a\r\nb|#|\u{1b}[2J|\0|1e3|007|",
+        "-0|NaN|[1 2]|1;2|=1+1|שלום|👩🏽\u{200d}🚀|<!--|\u{202e}|9007199254740993",
+    );
+    let hostile: Vec<&str> = hostile.split('|').collect();
     let name = prop_oneof![
-        proptest::sample::select(hostile.to_vec()).prop_map(str::to_owned),
+        proptest::sample::select(hostile).prop_map(str::to_owned),
         any::<String>(),
     ];
     let id = prop_oneof![any::<u64>(), Just(u64::MAX), Just((1 << 53) + 1), 0..9_u64];

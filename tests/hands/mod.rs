@@ -311,15 +311,7 @@ fn regions_lie_where_their_names_say() {
             assert!(hand.regions.contains(&name), "no {name}");
         }
     }
-    for palm in [
-        "dorsum",
-        "web",
-        "thenar",
-        "hypothenar",
-        "centre",
-        "heads.index",
-        "heads.little",
-    ] {
+    for palm in "dorsum web thenar hypothenar centre heads.index heads.little".split(' ') {
         let region = hand
             .regions
             .iter()

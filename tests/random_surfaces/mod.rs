@@ -19,7 +19,6 @@ use rayon::prelude::*;
 use self::flood::{Flood, Merges};
 use self::surface::Surface;
 
-mod detour;
 mod flood;
 mod planted;
 mod surface;

@@ -8,43 +8,29 @@ use std::time::Duration;
 use landscape::store::StationaryRow;
 
 use super::promised;
-use crate::desk::Desk;
+use crate::desk::{Desk, assert_says};
+use crate::table::rows;
 
 #[cfg(unix)]
 #[test]
 fn programs_that_fail_are_told() {
     let desk = Desk::empty();
-    let mistake = |program: &str| {
-        desk.unmapped(&["--command", program, "--region=-1:1x2", "-q", "-o", "out"])
-    };
-    for (program, part) in [
-        ("exit 3", "ended (exit status: 3)"),
-        ("no_such_program_anywhere", "exit status: 127"),
-        ("while read line; do echo hello; done", "answered `hello`"),
-        (
-            r#"while read line; do echo '{"energy": NaN, "gradient": [0, 0]}'; done"#,
-            "must be finite",
-        ),
-        (
-            r#"while read line; do echo '{"energy": 1, "gradient": [5, 5]}'; done"#,
-            "the gradient is not the derivative",
-        ),
-        (
-            r#"while read line; do echo '{"energy": null}'; done"#,
-            "found no minimum",
-        ),
-        (
-            "read line; while :; do printf '[0, 0, 0, 0, 0, 0, 0, 0]'; done",
-            "a line has at most",
-        ),
-        (
-            r#"while read line; do echo '{"error": "no such atom"}'; done"#,
-            "reports: no such atom",
-        ),
-    ] {
-        let said = mistake(program);
-        assert!(said.contains(part), "`{part}` is missing in: {said}");
-        assert_eq!(said.matches("error:").count(), 1, "{said}");
+    let cases = r#"
+        exit 3 | ended (exit status: 3)
+        no_such_program_anywhere | exit status: 127
+        while read line; do echo hello; done | answered `hello`
+        while read line; do echo '{"energy": NaN, "gradient": [0, 0]}'; done | must be finite
+        while read line; do echo '{"energy": 1, "gradient": [5, 5]}'; done | the gradient is not the derivative
+        while read line; do echo '{"energy": null}'; done | found no minimum
+        read line; while :; do printf '[0, 0, 0, 0, 0, 0, 0, 0]'; done | a line has at most
+        while read line; do echo '{"error": "no such atom"}'; done | reports: no such atom
+    "#;
+    for case in rows(cases) {
+        let said = desk.unmapped(&format!(
+            "--command `{}` --region=-1:1x2 -q -o out",
+            case[0]
+        ));
+        assert_says(&said, &case[1..]);
     }
 }
 
@@ -65,7 +51,7 @@ fn programs_end_with_the_run_however_it_ends() {
         // A program that does not care whether its input ends, and another that it started.
         let program = "sleep 600 & echo $! $$ > started.new; mv started.new started; trap '' HUP; read line; sleep 600; true";
         let mut run = desk
-            .surface_command(&["--command", program, "--region=-1:1x2", "-q"])
+            .command(&format!("surface --command `{program}` --region=-1:1x2 -q"))
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
@@ -103,28 +89,18 @@ pub(crate) fn python() -> bool {
     there
 }
 
+const BROWN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/data/energies/muller_brown.py");
+const BROWN_BOX: &str = "--region=-1.5:1,-0.3:1.8 -q --patience 8";
+
 #[test]
 fn a_python_energy_is_mapped() {
     if !python() {
         return;
     }
     let desk = Desk::empty();
-    let program = format!(
-        "python3 '{}'",
-        Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("data/energies/muller_brown.py")
-            .display()
-    );
-    let arguments = [
-        "--command",
-        &program,
-        "--region=-1.5:1,-0.3:1.8",
-        "-q",
-        "--patience",
-        "8",
-    ];
-    desk.mapped(&[&arguments[..], &["--threads", "2", "-o", "one"]].concat());
-    desk.mapped(&[&arguments[..], &["--threads", "1", "-o", "two"]].concat());
+    let search = format!("--command `python3 '{BROWN}'` {BROWN_BOX}");
+    desk.mapped(&format!("{search} --threads 2 -o one"));
+    desk.mapped(&format!("{search} --threads 1 -o two"));
     assert_eq!(promised(&desk.path("one")), promised(&desk.path("two")));
     check_brown(&desk.path("one"));
 }
@@ -169,10 +145,9 @@ while header := sys.stdin.buffer.read(8):
 /// Maps the waves with a program of this loop.
 fn waves(desk: &Desk, answers: &str, protocol: &str) -> Vec<StationaryRow> {
     desk.write("waves.py", format!("{WAVES}{answers}"));
-    let program = ["--command", "python3 waves.py", "--protocol", protocol];
-    let others = ["--region=-1:2,0:2", "--coordinates", "periodic", "-q"];
     let output = format!("{protocol}.landscape");
-    desk.mapped(&[&program[..], &others, &["-o", &output]].concat());
+    let search = "--command `python3 waves.py` --region=-1:2,0:2 --coordinates periodic -q";
+    desk.mapped(&format!("{search} --protocol {protocol} -o {output}"));
     desk.stationary(&output)
 }
 
@@ -219,26 +194,14 @@ fn a_neural_network_is_mapped() {
         return;
     }
     let desk = Desk::empty();
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/energies/neural_network.py");
-    let program = format!("python3 '{}'", example.display());
-    let arguments = [
-        "--command",
-        &program,
-        "--protocol",
-        "binary",
-        "--region=-3:3x9",
-    ];
-    let others = [
-        "--search",
-        "all",
-        "--searches",
-        "300",
-        "-q",
-        "--no-report",
-        "-o",
-        "network.landscape",
-    ];
-    desk.mapped(&[&arguments[..], &others].concat());
+    let example = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/data/energies/neural_network.py"
+    );
+    let search = "--protocol binary --region=-3:3x9 --search all --searches 300 -q --no-report";
+    desk.mapped(&format!(
+        "--command `python3 '{example}'` {search} -o network.landscape"
+    ));
     let rows = desk.stationary("network.landscape");
     let minima: Vec<&StationaryRow> = rows.iter().filter(|row| row.index == 0).collect();
     // The best network comes in copies: hidden units exchanged, signs turned.
@@ -265,24 +228,14 @@ fn a_python_energy_without_gradient_is_mapped() {
         return;
     }
     let desk = Desk::empty();
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/energies/muller_brown.py");
-    let program = fs::read_to_string(example).unwrap();
+    let program = fs::read_to_string(BROWN).unwrap();
     let program = program.replace(
         "\"energy\": energy, \"gradient\": gradient",
         "\"energy\": energy",
     );
     assert!(!program.contains("\"gradient\": gradient"));
     desk.write("brown.py", program);
-    let program = "python3 brown.py";
-    let arguments = [
-        "--command",
-        program,
-        "--region=-1.5:1,-0.3:1.8",
-        "-q",
-        "--patience",
-        "8",
-    ];
-    desk.mapped(&[&arguments[..], &["-o", "out"]].concat());
+    desk.mapped(&format!("--command `python3 brown.py` {BROWN_BOX} -o out"));
     check_brown(&desk.path("out"));
 }
 
@@ -308,19 +261,20 @@ fn rings_and_kinks_are_told() {
         "ring.py",
         "s = x * x + y * y - 1\nenergy = s * s\ngradient = [4 * s * x, 4 * s * y]",
     );
-    let arguments = ["--region=-2:2x2", "--patience", "8"];
-    let said = desk.mapped(&[&["--command", &ring, "-o", "ring"][..], &arguments].concat());
-    for part in [
-        "**1 minimum** and **0 saddles**",
-        "1 component; 1 group (relative barrier up to",
-        "**1 of them is not isolated**",
-        "1 minimum and 0 saddles are not isolated",
-        "a walk along the level directions joins them",
-        "| m0 (not isolated) |",
-        "nothing is claimed, since rings",
-    ] {
-        assert!(said.contains(part), "`{part}` is missing in: {said}");
-    }
+    let search = |command: &str| format!("--command `{command}` --region=-2:2x2 --patience 8");
+    let said = desk.mapped(&format!("{} -o ring", search(&ring)));
+    assert_says(
+        &said,
+        &[
+            "**1 minimum** and **0 saddles**",
+            "1 component; 1 group (relative barrier up to",
+            "**1 of them is not isolated**",
+            "1 minimum and 0 saddles are not isolated",
+            "a walk along the level directions joins them",
+            "| m0 (not isolated) |",
+            "nothing is claimed, since rings",
+        ],
+    );
     let rows = desk.stationary("ring");
     assert!(
         rows.iter().all(|row| row.verdict == "degenerate"),
@@ -331,22 +285,22 @@ fn rings_and_kinks_are_told() {
         "cusp.py",
         "x -= 0.2\nenergy = abs(x) + y * y\ngradient = [math.copysign(1, x), 2 * y]",
     );
-    let said = desk.unmapped(&[&["--command", &cusp, "-o", "cusp", "-q"][..], &arguments].concat());
-    assert!(said.contains("found no minimum"), "{said}");
-    assert!(said.contains("bottom of a kink"), "{said}");
+    let said = desk.unmapped(&format!("{} -o cusp -q", search(&cusp)));
+    assert_says(&said, &["found no minimum", "bottom of a kink"]);
     let ridge = program(
         &desk,
         "ridge.py",
         "s = 1 if x > -0.075 else -1\nenergy = (x - s) ** 2 + y * y + (0.3 if s < 0 else 0)\ngradient = [2 * (x - s), 2 * y]",
     );
-    let said = desk.mapped(&[&["--command", &ridge, "-o", "ridge"][..], &arguments].concat());
-    for part in [
-        "joined to the others by no saddle\n",
-        "no search ended at a saddle",
-        "it lies on a kink, where it cannot be verified",
-    ] {
-        assert!(said.contains(part), "`{part}` is missing in: {said}");
-    }
+    let said = desk.mapped(&format!("{} -o ridge", search(&ridge)));
+    assert_says(
+        &said,
+        &[
+            "joined to the others by no saddle\n",
+            "no search ended at a saddle",
+            "it lies on a kink, where it cannot be verified",
+        ],
+    );
     let told = desk.text("ridge/landscape.json");
     assert!(told.contains("\"unseen_below\": null"), "{told}");
 }
@@ -354,18 +308,18 @@ fn rings_and_kinks_are_told() {
 #[test]
 fn completeness_is_claimed_where_it_is_earned() {
     let desk = Desk::empty();
-    let sure = desk.mapped(&["torsion", "1", "3", "1", "3"]);
-    assert!(
-        sure.contains("completeness: **99 % sure** of all minima and saddles"),
-        "{sure}"
+    let sure = desk.mapped("torsion 1 3 1 3");
+    assert_says(
+        &sure,
+        &["completeness: **99 % sure** of all minima and saddles"],
     );
-    let unsure = desk.mapped(&["lj", "7"]);
+    let unsure = desk.mapped("lj 7");
     assert!(!unsure.contains("99 % sure"), "{unsure}");
     // What was stopped by one limit is not advised to raise the other.
-    let stopped = desk.mapped(&["lj", "7", "--searches", "64", "-o", "stopped"]);
-    assert!(
-        stopped.contains("nothing is claimed, since the search was stopped"),
-        "{stopped}"
+    let stopped = desk.mapped("lj 7 --searches 64 -o stopped");
+    assert_says(
+        &stopped,
+        &["nothing is claimed, since the search was stopped"],
     );
     assert!(stopped.contains("--searches allows more"), "{stopped}");
     assert!(!stopped.contains("--patience looks longer"), "{stopped}");
@@ -383,19 +337,11 @@ fn declared_symmetries_make_one_point_of_copies() {
         "wells.py",
         "energy = (x * x - 1) ** 2 + (y * y - 1) ** 2\ngradient = [4 * x * (x * x - 1), 4 * y * (y * y - 1)]",
     );
-    let arguments = [
-        "--command",
-        &wells,
-        "--region=-2:2x2",
-        "-q",
-        "--patience",
-        "8",
-    ];
-    desk.mapped(&[&arguments[..], &["-o", "all"]].concat());
-    let symmetries = desk.path("copies.txt");
-    fs::write(&symmetries, "# exchange, mirror\n2 1\n-1 2\n").unwrap();
-    let declared = ["--symmetries", "copies.txt", "-o", "one"];
-    desk.mapped(&[&arguments[..], &declared].concat());
+    let search = format!("--command `{wells}` --region=-2:2x2 -q --patience 8");
+    desk.mapped(&format!("{search} -o all"));
+    desk.write("copies.txt", "# exchange, mirror\n2 1\n-1 2\n");
+    let declared = "--symmetries copies.txt -o one";
+    desk.mapped(&format!("{search} {declared}"));
     let counts = |name: &str| {
         let rows = desk.stationary(name);
         [0, 1].map(|index| rows.iter().filter(|row| row.index == index).count())
@@ -410,8 +356,8 @@ fn declared_symmetries_make_one_point_of_copies() {
         ("1 2 3\n", "has 3 numbers"),
         ("# none\n", "contains no symmetry"),
     ] {
-        fs::write(&symmetries, text).unwrap();
-        let told = desk.unmapped(&[&arguments[..], &declared].concat());
+        desk.write("copies.txt", text);
+        let told = desk.unmapped(&format!("{search} {declared}"));
         assert!(told.contains(said), "{told}");
     }
     let tilted = program(
@@ -419,8 +365,9 @@ fn declared_symmetries_make_one_point_of_copies() {
         "tilted.py",
         "energy = (x * x - 1) ** 2 + y * y + 0.1 * x\ngradient = [4 * x * (x * x - 1) + 0.1, 2 * y]",
     );
-    fs::write(&symmetries, "1 -2\n-1 2\n").unwrap();
-    let arguments = ["--command", &tilted, "--region=-2:2x2", "-q"];
-    let told = desk.unmapped(&[&arguments[..], &declared].concat());
+    desk.write("copies.txt", "1 -2\n-1 2\n");
+    let told = desk.unmapped(&format!(
+        "--command `{tilted}` --region=-2:2x2 -q {declared}"
+    ));
     assert!(told.contains("symmetry 2 changes the energy"), "{told}");
 }
