@@ -6,12 +6,9 @@
 use landscape::agreement::{
     Correlation, Dendrogram, Outcome, PairMatrix, Permutations, adjusted_mutual_information,
     adjusted_rand, agreement_of_cuts, anosim_of_ranks, assortativity, barrier_ratio, bootstrap,
-    cliffs_delta, cuts_between, dispersions, highest, holm, indicator, mantel, morans_i,
-    partial_mantel, pearson, permanova, permdisp, silhouette, spearman, test_labels, test_order,
-    test_uncertain_labels,
+    cliffs_delta, holm, indicator, mantel, morans_i, partial_mantel, pearson, permanova, permdisp,
+    silhouette, spearman, test_labels, test_order, test_uncertain_labels,
 };
-use landscape::sample::{Rng, Task, stream};
-use rand::RngExt;
 
 /// Coordinates of twelve points in the plane: x, then y.
 type Points = [[f64; 12]; 2];

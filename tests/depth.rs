@@ -4,13 +4,12 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::path::Path;
 use std::sync::Arc;
 
 use landscape::grasp::start::start_pose;
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, Grasp, GraspEnergy, judge};
-use landscape::hand::{HAND_NAMES, Hand, HandFiles, PosedHand, Skin};
+use landscape::hand::{Hand, PosedHand, Skin};
 use landscape::mesh::{ExactMesh, Mesh};
 use landscape::object::Object;
 use landscape::optimize::QuenchSettings;

@@ -7,13 +7,11 @@ use std::sync::{Arc, LazyLock};
 use landscape::grasp::depth::object_inside_hand_m;
 use landscape::grasp::failure::{in_one_concavity, sees};
 use landscape::grasp::paper::{PaperEnergy, PaperSettings, sample};
-use landscape::grasp::start::start_pose;
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, GraspEnergy, Judgement, judge};
-use landscape::hand::{Hand, PosedHand, axis_distance};
+use landscape::hand::{Hand, PosedHand};
 use landscape::object::Object;
 use landscape::optimize::QuenchSettings;
-use landscape::sample::{Task, stream};
 use nalgebra::Vector3;
 
 use crate::between_points::{passes_between_points, points_inside_object_m};

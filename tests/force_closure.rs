@@ -5,10 +5,10 @@
 use std::f64::consts::TAU;
 
 use landscape::grasp::closure::{
-    EpsilonSettings, PointContact, contact_forces, epsilon, epsilon_of_wrenches,
-    grasp_matrix_rank_margin, is_force_closure, least_friction, net_wrench,
+    PointContact, contact_forces, epsilon_of_wrenches, grasp_matrix_rank_margin, is_force_closure,
+    least_friction, net_wrench,
 };
-use nalgebra::{Rotation3, Vector3, Vector6};
+use nalgebra::{Vector3, Vector6};
 use serde_json::Value;
 
 struct Case {

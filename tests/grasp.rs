@@ -17,6 +17,8 @@ mod mjcf;
 mod neural;
 mod objects;
 mod published;
+#[path = "../analysis/relaxed.rs"]
+mod relaxed;
 mod shapes;
 mod skipped;
 mod stability;

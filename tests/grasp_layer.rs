@@ -3,18 +3,13 @@
 use std::sync::Arc;
 
 use landscape::energy::Energy;
-use landscape::grasp::closure::{PointContact, net_wrench};
-use landscape::grasp::layer::LayerSettings;
 use landscape::grasp::{EnergySettings, GraspEnergy};
-use landscape::hand::{Joint, PosedHand};
 use landscape::object::Object;
-use landscape::optimize::{QuenchSettings, quench};
-use landscape::sample::{Rng, Task, stream};
-use landscape::store::{GraspFile, Overrides};
+use landscape::sample::{Task, stream};
 use nalgebra::DVector;
 use rand::RngExt;
 
-use super::grasp_energy::{BALL, BOTTLE, GRIPPER, HAND, pose};
+use super::grasp_energy::{BOTTLE, GRIPPER, HAND, pose};
 
 /// The energy of an elastic layer is a function of the pose alone: after other poses, in any order, it has
 /// the same bits.

@@ -4,8 +4,8 @@ use landscape::energy::Energy;
 use landscape::sample::{Mala, Task, stream};
 use landscape::space::{Euclidean, Space};
 use landscape::topography::{
-    Addition, Connection, Landscape, MapSettings, MemoryJournal, Minimum, MinimumId, PairSearch,
-    Run, build_landscape, distinct, grow_landscape, quench_all,
+    Addition, Landscape, MapSettings, Minimum, MinimumId, PairSearch, Run, build_landscape,
+    distinct, grow_landscape, quench_all,
 };
 
 use crate::pruning::{difference, minima_of};

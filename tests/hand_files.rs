@@ -3,12 +3,11 @@
 //! The files are not part of the project: `LANDSCAPE_TEST_DATA` names the folder that contains them.
 #![cfg(feature = "grasp")]
 
-use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::described::described;
-use crate::published::{DEX_URDF, Difference, ORIGINALS, REFERENCES, numbers, of_dex_urdf};
+use crate::published::{DEX_URDF, Difference, REFERENCES, numbers, of_dex_urdf};
 use crate::table::assert_says;
 use landscape::hand::{Hand, HandFiles, LinkId, PosedHand};
 use nalgebra::{Matrix3, Vector3};
@@ -413,9 +412,6 @@ fn two_links(palm: &str, finger: &str, more: &str) -> String {
 }
 
 const BALL: &str = r#"<geometry><sphere radius="0.02"/></geometry>"#;
-const TETRAHEDRON: &str =
-    "v 0 0 0\nv 0.03 0 0\nv 0 0.03 0\nv 0 0 0.06\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
-
 /// Axes and frames that a description draws are no part of the hand, wherever they are; without any collision geometry, what
 /// is drawn is the hand.
 #[test]

@@ -3,8 +3,6 @@
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
-use std::fs;
-
 use crate::desk::{Desk, assert_says};
 use crate::table::rows;
 use landscape::store::{GraspFile, Overrides};

@@ -2,19 +2,15 @@
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
-use std::fs;
-
 use crate::described::described;
 use crate::desk::{Desk, assert_says};
 use landscape::evaluation::taxonomy::{
-    Anatomy, Bone, Labeller, NOT_APPLICABLE, Patch, Rule, Unlike, Verdict, explain,
+    Anatomy, Bone, Labeller, NOT_APPLICABLE, Patch, Rule, Unlike, explain,
 };
 use landscape::hand::{Hand, HandFiles};
 use landscape::mesh::Mesh;
 use landscape::object::Object;
-use landscape::space::Pose;
 use landscape::store::{GraspFile, Overrides};
-use landscape::study::{Run, label_all, record_labels};
 
 /// Every `step`-th grasp of the committed population.
 fn some_grasps(step: usize) -> GraspFile {

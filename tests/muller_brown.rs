@@ -1,6 +1,5 @@
 //! Müller and Brown's surface from random starts: minima and merge heights agree with published values.
 
-use landscape::energy::Energy;
 use landscape::energy::model::MullerBrown;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Mala, Task, stream};

@@ -7,12 +7,11 @@ use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use crate::table::rows;
-use landscape::mesh::ExactMesh;
+use landscape::object::Shape;
 use landscape::object::neural::{
     Answer, Decoder, Network, NeuralError, NeuralField, Real, Specs, SurfaceSettings, Tensor,
     Tensors,
 };
-use landscape::object::{Field, FieldSettings, Shape};
 use landscape::sample::{Task, stream};
 use nalgebra::{Matrix3, Vector3};
 use rand::RngExt;

@@ -10,7 +10,6 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use landscape::mesh::Mesh;
 use landscape::object::Object;
-use landscape::store::{GraspFile, Overrides};
 use serde_json::json;
 
 const DUMBBELL: &str = "\

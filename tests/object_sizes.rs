@@ -1,7 +1,5 @@
 //! Objects that are too large or too small for a hand.
 
-use std::fs;
-
 use landscape::hand::Hand;
 use landscape::object::{Assembly, Cuboid, Object, Primitive, Sphere};
 use landscape::study::doubted_size;

@@ -10,7 +10,7 @@ use landscape::object::{
 };
 use landscape::sample::{Task, stream};
 use landscape::space::Symmetry;
-use nalgebra::{Rotation3, Unit, Vector3};
+use nalgebra::{Unit, Vector3};
 use rand::RngExt;
 
 fn folder() -> PathBuf {

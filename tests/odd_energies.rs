@@ -1,7 +1,7 @@
 //! A gallery of awkward energies: what the search says of each is known beforehand.
 
-use landscape::energy::{Energy, FunctionOn, check_gradient};
-use landscape::space::{Euclidean, FixedFrame, Periodic};
+use landscape::energy::{Energy, FunctionOn};
+use landscape::space::Euclidean;
 use landscape::topography::{
     self, Doubt, Exploration, GroupSettings, SearchSettings, explore, in_box,
 };

@@ -4,7 +4,7 @@
 
 use landscape::energy::model::{LennardJones, Surface, named};
 use landscape::energy::{Energy, FunctionOn};
-use landscape::space::{Euclidean, Space};
+use landscape::space::Euclidean;
 use landscape::topography::{
     AuditSettings, Exploration, GroupSettings, Journal, Landscape, MemoryJournal, MinimumId, Run,
     SearchSettings, Verdict, audit, explore, in_box,

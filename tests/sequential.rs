@@ -1,17 +1,14 @@
 //! Sequential ADELM follows its published rules and depends on the order of arrival; the default map does not.
 
 use landscape::energy::Energy;
-use landscape::energy::model::{MullerBrown, Torsion};
+use landscape::energy::model::MullerBrown;
 use landscape::optimize::QuenchSettings;
-use landscape::sample::{Mala, Task, stream};
+use landscape::sample::Mala;
 use landscape::space::{Euclidean, Space};
 use landscape::topography::{
-    ChainSettings, Evidence, Landscape, MapSettings, MatchTolerance, MemoryJournal, Minimum,
-    MinimumId, Run, Sequential, SequentialSettings, build_landscape, distinct, quench_all,
-    sequential,
+    ChainSettings, Evidence, MatchTolerance, Minimum, MinimumId, Run, Sequential,
+    SequentialSettings, distinct, quench_all, sequential,
 };
-use rand::RngExt;
-use rand::seq::SliceRandom;
 
 /// Three wells in the plane. Two of them are on either side of a wall that ends below the third. A straight pull leads from
 /// each of the two to the third, but not from one to the other.

@@ -3,14 +3,13 @@
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
-use std::fmt::Write as _;
 use std::fs;
 
 use crate::desk::{Desk, assert_says};
 use crate::folder::names;
-use landscape::store::{AtomicFolder, LandscapeFiles, StationaryRow};
+use landscape::store::{AtomicFolder, StationaryRow};
 use landscape::topography::exchange::{Database, Layout};
-use landscape::topography::{Evidence, MinimumId, Tree};
+use landscape::topography::{MinimumId, Tree};
 use serde_json::Value;
 
 #[path = "deep/mod.rs"]

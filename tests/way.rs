@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 
 use crate::desk::{Desk, assert_says};
 use landscape::hand::Hand;
-use landscape::store::{GraspFile, LandscapeFiles, Overrides};
+use landscape::store::{GraspFile, Overrides};
 use serde_json::Value;
 
 fn index(value: &Value) -> usize {

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::desk::{Desk, assert_says};
 use crate::{built, has_ending, held_grasps, landscape, names};
-use landscape::store::{GraspFile, LandscapeFiles, Overrides};
+use landscape::store::LandscapeFiles;
 use serde_json::Value;
 
 #[test]

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use landscape::store::{GraspFile, LandscapeFiles, Overrides, read_attempts};
+use landscape::store::{LandscapeFiles, read_attempts};
 use landscape::topography::{Attempts, Evidence, MinimumId, Start, Tree};
 
 use crate::contents;

@@ -1,7 +1,5 @@
 //! Results do not depend on the number of threads or on interruptions. `tests/crashes` interrupts syntheses, maps and searches.
 
-use std::fs;
-
 use crate::desk::{Desk, assert_says};
 use crate::{PATIENT, STABILITY, SYNTH, grasps, held_grasps, names};
 use landscape::store::{GraspFile, Overrides};

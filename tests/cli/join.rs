@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use landscape::store::{GraspFile, GraspRow, Overrides};
+use landscape::store::GraspRow;
 
 use crate::desk::{Desk, assert_says};
 use crate::table::rows;

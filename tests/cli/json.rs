@@ -242,8 +242,8 @@ fn every_command_has_its_document() {
 fn standard_output_holds_the_document_alone() {
     let desk = Desk::with_grasps();
     let document = |flags: &str| {
-        let value = desk.document(&format!("label g.parquet --force --json {flags}"));
-        (value, String::from_utf8(output.stderr).unwrap())
+        let (text, said) = desk.both(&format!("label g.parquet --force --json {flags}"));
+        (serde_json::from_str::<Value>(&text).unwrap(), said)
     };
     let (usual, _) = document("");
     let (quiet, nothing) = document("-q");

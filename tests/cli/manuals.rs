@@ -1,6 +1,5 @@
 //! Scripts for shells and manual pages know every command and every flag.
 
-use std::fs;
 use std::process::Command;
 
 use crate::desk::Desk;

@@ -7,7 +7,6 @@ use std::path::Path;
 use crate::desk::{Desk, assert_says};
 use crate::table::rows;
 use crate::{in_cache, names};
-use landscape::store::{GraspFile, Overrides};
 
 /// The small test network as a user has it: weights and specs in one folder.
 fn desk_with_network() -> Desk {

@@ -3,7 +3,6 @@
 use std::fs;
 #[cfg(unix)]
 use std::io::{BufRead, BufReader, Read};
-use std::path::Path;
 #[cfg(unix)]
 use std::process::{Command, Stdio};
 

@@ -101,13 +101,12 @@ fn mistakes_in_files_of_settings() {
 #[test]
 fn verbose_runs_tell_what_they_do() {
     let desk = Desk::with_grasps();
-    let told = desk.print(&format!("{BUILD} -v"));
+    let (told, said) = desk.both(&format!("{BUILD} -v"));
     assert!(
         built().1.starts_with(told.lines().next().unwrap()),
         "{told}"
     );
     assert_says(&told, &["raw chains"]);
-    let said = String::from_utf8(output.stderr).unwrap();
     assert_says(
         &said,
         &[

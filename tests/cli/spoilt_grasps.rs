@@ -1,7 +1,5 @@
 //! The messages of mistakes in a file of grasps that need the whole program; `tests/store/refusals.rs` has those of the reader.
 
-use std::fs;
-
 use crate::desk::{Desk, assert_says};
 use crate::landscape;
 use crate::parts::Parts;
@@ -11,7 +9,7 @@ use arrow_array::types::{Float64Type, UInt32Type};
 use arrow_array::{
     ArrayRef, BooleanArray, FixedSizeListArray, Float64Array, ListArray, StringArray,
 };
-use landscape::store::{GraspFile, GraspRow, LandscapeFiles, Overrides};
+use landscape::store::GraspRow;
 use serde_json::{Value, json};
 
 #[test]

@@ -8,14 +8,11 @@ mod models;
 mod readings;
 
 use std::fs;
-use std::path::{Path, PathBuf};
 
 use crate::desk::{Desk, assert_says};
 use crate::pickled::bench;
-use landscape::hand::{Hand, PosedHand};
-use landscape::mesh::{ExactMesh, Mesh};
 use landscape::store::exchange::{Columns, JointColumns, Mapping, read, table_csv, table_json};
-use landscape::store::{GraspFile, GraspRow, Overrides};
+use landscape::store::{GraspFile, GraspRow};
 use proptest::prelude::*;
 
 /// Grasps of the parallel gripper on the ball.
@@ -25,9 +22,6 @@ id,scale,translation_m_x,translation_m_y,translation_m_z,rotation_w,rotation_x,r
 9,1,-0.08,0.011,0.05,0.6,0.0,0.8,0.0,,0.0301234567890123
 11,1,0,0,-0.07,0.0,1.0,0.0,0.0,,0.0401
 ";
-
-/// Tolerance, because DexGraspNet's angles need not equal ours bit for bit.
-const TURNED: f64 = 1e-12;
 
 fn with_table() -> Desk {
     let desk = Desk::empty();

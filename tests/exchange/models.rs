@@ -7,13 +7,9 @@ use std::path::Path;
 use super::{difference, with_table};
 use crate::described::described;
 use crate::desk::{Desk, assert_says};
-use landscape::evaluation::stability::SixDirections;
-use landscape::grasp::Grasp;
-use landscape::grasp::closing::opened;
 use landscape::hand::{HAND_NAMES, Hand, HandFiles, PosedHand};
-use landscape::mesh::ExactMesh;
 use landscape::space::Pose;
-use landscape::study::{ExportedFile, MujocoScene, approaches, hand_urdf};
+use landscape::study::{ExportedFile, hand_urdf};
 
 /// Coordinates that do not begin at zero, a joint that follows another, one without end, a slide, a body fixed to another,
 /// and names that XML has to escape.

@@ -8,10 +8,7 @@ use crate::described::described;
 use crate::published::{DEX_URDF, REFERENCES};
 use crate::table::assert_says;
 use landscape::hand::{HAND_NAMES, Hand, HandFiles, PosedHand};
-use landscape::sample::{Task, stream};
-use landscape::space::Pose;
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use rand::RngExt;
+use nalgebra::Vector3;
 
 use super::gap;
 

@@ -10,8 +10,7 @@ use landscape::energy::Energy;
 use landscape::energy::model::{LennardJones, MullerBrown, Orientation, ThreeHole};
 use landscape::optimize::{QuenchSettings, quench};
 use landscape::space::{
-    Euclidean, PoseMetric, PoseSpace, Rotation, Space, Symmetry, Torus, object_from_hand,
-    pose_coordinates,
+    Euclidean, PoseMetric, PoseSpace, Rotation, Space, Symmetry, object_from_hand, pose_coordinates,
 };
 use landscape::topography::{
     AuditSettings, Connection, Connector, Evidence, MapSettings, Minimum, MinimumId, Pair,

@@ -14,7 +14,6 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use landscape::store::{GraspRow, HandMetadata, ObjectMetadata, Overrides, Warning};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use parquet::basic::{BrotliLevel, Compression, GzipLevel, ZstdLevel};
 
 #[test]
 fn grasps_come_back_equal() {

@@ -3,10 +3,10 @@
 use std::fs;
 use std::sync::Arc;
 
-use crate::store::{file, flipped, names, of, place, read, sentence, with_joints};
+use crate::store::{file, names, of, place, read, sentence, with_joints};
 use arrow_array::types::{Float64Type, Int32Type};
 use arrow_array::{ArrayRef, Float64Array, Int64Array, ListArray, StringArray};
-use landscape::store::{Fault, GraspFile, GraspRow};
+use landscape::store::{GraspFile, GraspRow};
 use serde_json::json;
 
 /// The message with which the writer refuses a grasp.

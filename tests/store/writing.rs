@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::store::{landscape, names, place, sentence};
-use landscape::store::{AtomicFolder, FileSet, Journal, LandscapeFiles, StoreError, write_atomic};
+use landscape::store::{AtomicFolder, FileSet, Journal, LandscapeFiles, StoreError};
 use serde_json::json;
 
 #[test]

@@ -2,7 +2,6 @@
 
 use std::fs;
 
-use landscape::store::StationaryRow;
 use landscape::topography::SearchSettings;
 
 use super::programs::{program, python};

@@ -4,11 +4,8 @@
 mod scaled;
 
 use landscape::energy::model::Surface;
-use landscape::sample::{Mala, Rng, Task, stream};
-use landscape::topography::{
-    GroupSettings, Landscape, MapSettings, Run, Scales, SearchSettings, build_landscape, distinct,
-    explore, in_box, quench_all,
-};
+use landscape::sample::Rng;
+use landscape::topography::{GroupSettings, Landscape, Run, SearchSettings, explore, in_box};
 use scaled::{Scaled, Units, binary, decimal, surfaces};
 
 const AS_IT_IS: Units = Units {
