@@ -10,17 +10,14 @@
 
 #[path = "../../tests/taxonomy/fixture.rs"]
 mod fixture;
-#[path = "../../tests/taxonomy/judge.rs"]
 mod judge;
+mod picture;
+mod report;
 #[expect(
     dead_code,
     reason = "what only `pose_fixtures` calls makes widened fixtures"
 )]
-#[path = "../../tests/taxonomy/widened.rs"]
 mod widened;
-
-mod picture;
-mod report;
 
 use std::path::PathBuf;
 

@@ -10,7 +10,7 @@
 mod fixture;
 #[path = "../../tests/taxonomy/shape.rs"]
 mod shape;
-#[path = "../../tests/taxonomy/widened.rs"]
+#[path = "../confusion/widened.rs"]
 mod widened;
 
 mod authored;

@@ -10,16 +10,15 @@ use landscape::energy::Energy;
 use landscape::energy::model::{LennardJones, MullerBrown, Orientation, ThreeHole};
 use landscape::optimize::{QuenchSettings, quench};
 use landscape::space::{
-    Euclidean, PoseMetric, PoseSpace, Rotation, Space, Symmetry, Torus, object_from_hand,
-    pose_coordinates,
+    Euclidean, PoseMetric, PoseSpace, Rotation, Space, Symmetry, object_from_hand, pose_coordinates,
 };
 use landscape::topography::{
     AuditSettings, Connection, Connector, Evidence, MapSettings, Minimum, MinimumId, Pair, Run,
     Start, Verdict, audit, build_landscape,
 };
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use serde_json::Value;
-use surfaces::{Guide, Ridge, Ring, Turn, Wave, Wells};
+use surfaces::{Guide, Ridge, Ring, Turn, Wells};
 
 fn reference(name: &str) -> Value {
     let all: Value = serde_json::from_str(include_str!("../reference/landscapes.json")).unwrap();
@@ -228,26 +227,6 @@ fn half_turns_go_the_lower_way_round() {
     }
 }
 
-#[test]
-fn both_ways_round_are_lower_for_one_twist_each() {
-    let starts: Vec<Option<Start>> = [-0.8, 0.8]
-        .iter()
-        .map(|twist| {
-            let energy = Turn {
-                even: Orientation::new([2.0, 2.0, 1.0, 1.0]),
-                twist: *twist,
-            };
-            let corners = [vec![1.0, 0.0, 0.0, 0.0], vec![0.0, 1.0, 0.0, 0.0]];
-            let minima = minima_below(&energy, &corners);
-            let settings = straight_only(1.0, 1.5);
-            straight(&energy, (&minima[0], &minima[1]), &settings).start
-        })
-        .collect();
-    assert_eq!(starts.len(), 2);
-    assert!(starts.contains(&Some(Start::Straight)));
-    assert!(starts.contains(&Some(Start::Round)));
-}
-
 /// Two wells at distance `step`, the second given as an equivalent copy. The path must have the length and height of the
 /// path between the nearest copies.
 fn check_symmetry(symmetry: Symmetry, motion: &Isometry3<f64>) {
@@ -296,29 +275,19 @@ fn check_symmetry(symmetry: Symmetry, motion: &Isometry3<f64>) {
 }
 
 #[test]
-fn copies_of_a_solid_of_revolution_are_aligned() {
-    let (point, direction) = (
-        Vector3::new(0.02, -0.01, 0.05),
-        Vector3::new(0.1, -0.3, 1.0),
-    );
-    let turn = nalgebra::UnitQuaternion::from_scaled_axis(direction.normalize() * 2.0);
-    let motion = Isometry3::from_parts((point - turn * point).into(), turn);
-    check_symmetry(Symmetry::Axis { point, direction }, &motion);
-}
-
-#[test]
-fn copies_on_a_ball_are_aligned() {
-    let centre = Vector3::new(0.02, -0.01, 0.05);
-    let turn = nalgebra::UnitQuaternion::from_scaled_axis(Vector3::new(1.0, -2.0, 0.7));
-    let motion = Isometry3::from_parts((centre - turn * centre).into(), turn);
-    check_symmetry(Symmetry::Sphere { centre }, &motion);
-}
-
-#[test]
-fn copies_on_a_box_are_aligned() {
-    let half_turns: Vec<Isometry3<f64>> = [Vector3::x(), Vector3::y(), Vector3::z()]
-        .map(|axis| Isometry3::rotation(axis * PI))
-        .to_vec();
+fn copies_by_a_symmetry_are_aligned() {
+    let point = Vector3::new(0.02, -0.01, 0.05);
+    let about = |turn: Vector3<f64>| {
+        let turn = UnitQuaternion::from_scaled_axis(turn);
+        Isometry3::from_parts((point - turn * point).into(), turn)
+    };
+    let direction = Vector3::new(0.1, -0.3, 1.0);
+    let turn = about(direction.normalize() * 2.0);
+    check_symmetry(Symmetry::Axis { point, direction }, &turn);
+    let turn = about(Vector3::new(1.0, -2.0, 0.7));
+    check_symmetry(Symmetry::Sphere { centre: point }, &turn);
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let half_turns = axes.map(|axis| Isometry3::rotation(axis * PI)).to_vec();
     let motion = half_turns[1];
     check_symmetry(Symmetry::Finite(half_turns), &motion);
 }
@@ -378,22 +347,6 @@ fn what_passes_through_the_object_is_marked_and_a_search_leads_around_it() {
     assert_eq!(around.edge.evidence, Evidence::Saddle);
     assert!(around.edge.height > 1.5 && around.edge.height < 1.7);
     assert_eq!(around.edge.term.as_deref(), Some("height"));
-}
-
-#[test]
-fn angles_go_the_lower_way_round() {
-    let energy = Wave(Torus::new(1));
-    let minima = minima_below(&energy, &[vec![0.0], vec![3.1]]);
-    let settings = straight_only(1.0, 2.0);
-    for ends in [(&minima[0], &minima[1]), (&minima[1], &minima[0])] {
-        let found = straight(&energy, ends, &settings);
-        // 1 − ½ at −π/2; 1 + ½ at π/2.
-        assert!(
-            (found.edge.height - 0.5).abs() < 1e-6,
-            "{}",
-            found.edge.height
-        );
-    }
 }
 
 #[test]
