@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 impl Desk {
     /// The output of `inspect` for the bare contacts of a file.
-    fn text(&self, file: &Value) -> String {
+    fn shown(&self, file: &Value) -> String {
         self.write("c.json", file.to_string());
         self.print("inspect c.json")
     }
@@ -109,7 +109,7 @@ fn positive_zero_and_negative_epsilon() {
         });
         assert_eq!(report["forces"].is_object(), balance, "{report}");
         assert_eq!(report["force_closure"], closure == "yes", "{report}");
-        let text = desk.text(&file);
+        let text = desk.shown(&file);
         assert_eq!(line(&text, "  force closure"), closure);
         assert_says(line(&text, "least eigenvalue of GGᵀ"), &[rank]);
         assert_says(line(&text, "  epsilon"), &[&format!("{epsilon:.4}")]);

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::Duration;
 
-use crate::desk::{Desk, assert_says};
+use crate::desk::{Desk, assert_says, failure};
 use crate::folder::names;
 use crate::table::rows;
 use landscape::store::{LandscapeFiles, StationaryRow};
@@ -28,6 +28,11 @@ impl Desk {
     /// What a search that must succeed prints.
     fn mapped(&self, line: &str) -> String {
         self.print(&format!("surface {line}"))
+    }
+
+    /// Runs a command that must fail and returns its standard error.
+    fn failure(&self, line: &str) -> String {
+        failure(&self.run(line), line)
     }
 
     /// The message of a mistake that leaves no files.

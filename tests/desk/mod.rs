@@ -91,26 +91,14 @@ impl Desk {
         serde_json::from_str(&self.print(line)).unwrap()
     }
 
-    /// Runs a command that must succeed and returns all its output.
-    pub(crate) fn said(&self, line: &str) -> String {
-        let (told, said) = self.both(line);
-        said + &told
-    }
-
-    /// Runs a command that must fail with exit code 1, or 2 if clap refuses the command line, and one error. Returns its
-    /// standard error.
-    pub(crate) fn failure(&self, line: &str) -> String {
-        failure(&self.run(line), line)
-    }
-
     /// Runs a command that must fail and says nothing but `error: …`. Returns the message.
     pub(crate) fn mistake(&self, line: &str) -> String {
         mistake(&self.run(line), line)
     }
 }
 
-/// The standard error of a command that failed, as [`Desk::failure`] requires it.
-fn failure(output: &Output, line: &str) -> String {
+/// The standard error of a command that failed with exit code 1, or 2 if clap refuses the command line, and one error.
+pub(crate) fn failure(output: &Output, line: &str) -> String {
     let said = String::from_utf8(output.stderr.clone()).unwrap();
     let usage = said.contains("For more information, try '--help'");
     let code = if usage { 2 } else { 1 };

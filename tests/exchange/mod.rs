@@ -23,6 +23,14 @@ id,scale,translation_m_x,translation_m_y,translation_m_z,rotation_w,rotation_x,r
 11,1,0,0,-0.07,0.0,1.0,0.0,0.0,,0.0401
 ";
 
+impl Desk {
+    /// Runs a command that must succeed and returns all its output.
+    pub(crate) fn said(&self, line: &str) -> String {
+        let (told, said) = self.both(line);
+        said + &told
+    }
+}
+
 fn with_table() -> Desk {
     let desk = Desk::empty();
     desk.write("t.csv", TABLE);

@@ -214,7 +214,7 @@ fn a_virtual_wrist_becomes_the_pose() {
         let [note] = &hand.notes[..] else {
             panic!("{:?}", hand.notes)
         };
-        assert_says(&note, &["slide_x, slide_y, slide_z", root]);
+        assert_says(note, &["slide_x, slide_y, slide_z", root]);
         let bent = [0.3, 0.1, 0.2, 0.9, 1.0, 0.5];
         let offset = if displaced {
             Vector3::z() * 0.3
@@ -331,7 +331,7 @@ fn a_linkage_moves_as_one_joint() {
         let [note] = &hand.notes[..] else {
             panic!("{:?}", hand.notes)
         };
-        assert_says(&note, &["closes a loop between", "back = 1.000 drive"]);
+        assert_says(note, &["closes a loop between", "back = 1.000 drive"]);
     }
     // An inactive constraint holds nothing, and one to a body outside the hand is told.
     let off = CONNECT.replace("/>", " active=\"false\"/>");

@@ -9,7 +9,6 @@ use std::sync::OnceLock;
 
 use landscape::energy::Energy;
 use landscape::sample::Mala;
-use landscape::space::Space;
 use landscape::topography::{
     Exploration, GroupSettings, MapSettings, Minimum, MinimumId, Run, SearchSettings, Tree,
     build_landscape, explore, in_box,
