@@ -30,7 +30,6 @@ const SIX_DIRECTIONS: &str = include_str!("six_directions.txt");
 
 /// A file of settings that `landscape config` prints.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "there is one at a time")]
 pub enum ConfigurationFile {
     /// Of `synth`.
     Synth,
