@@ -79,7 +79,7 @@ pub mod hand;
 pub mod mesh;
 #[cfg(feature = "grasp")]
 pub mod object;
-#[cfg(feature = "topography")]
+#[cfg(feature = "chemistry")]
 pub mod thermal;
 #[cfg(feature = "topography")]
 pub mod topography;

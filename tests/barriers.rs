@@ -84,8 +84,11 @@ fn angles_wrap() {
 
 /// All properties of a map that could differ.
 fn fingerprint(found: &Landscape) -> String {
-    let paths: Vec<_> = found.connections.iter().map(|c| &c.path).collect();
-    format!("{}{paths:?}", found.to_json())
+    let (tree, groups) = (&found.tree, &found.groups);
+    format!(
+        "{:?}{:?}{tree:?}{groups:?}",
+        found.network, found.connections
+    )
 }
 
 #[test]

@@ -4,13 +4,12 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::path::Path;
 use std::sync::Arc;
 
 use landscape::grasp::start::start_pose;
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, Grasp, GraspEnergy, judge};
-use landscape::hand::{HAND_NAMES, Hand, HandFiles, PosedHand, Skin};
+use landscape::hand::{Hand, PosedHand, Skin};
 use landscape::mesh::{ExactMesh, Mesh};
 use landscape::object::Object;
 use landscape::optimize::QuenchSettings;
@@ -20,23 +19,6 @@ use rand::RngExt;
 
 /// Largest amount by which the filter's depth may fall below that of a sample, metres.
 const PROMISED_M: f64 = 1e-4;
-/// Published hands in the folder `hands` of `LANDSCAPE_TEST_DATA`.
-const PUBLISHED: [&str; 13] = [
-    "shadow_dexgraspnet/shadow_hand_vis.xml",
-    "shadow_dexgraspnet/shadow_hand_wrist_free.xml",
-    "shadow_dexonomy/shadow_right.xml",
-    "shadow_dexonomy/shadow_right_primitives.xml",
-    "mano/mano_right.xml",
-    "allegro/allegro_right_nomesh.xml",
-    "urdf/allegro_hand_right_nomesh.urdf",
-    "urdf/shadow_hand_right_nomesh.urdf",
-    "dex_urdf/allegro_hand/allegro_hand_right.urdf",
-    "dex_urdf/barrett_hand/bhand_model.urdf",
-    "dex_urdf/dclaw_gripper/dclaw_gripper.urdf",
-    "dex_urdf/inspire_hand/inspire_hand_right.urdf",
-    "dex_urdf/shadow_hand/shadow_hand_right.urdf",
-];
-
 /// Points spread evenly over the area of the triangles, whether or not these lie inside others.
 fn spread(
     vertices: &[Vector3<f64>],
@@ -159,20 +141,6 @@ fn poses(energy: &GraspEnergy, rng: &mut Rng) -> Vec<Vec<f64>> {
     poses
 }
 
-/// Published hands, if `LANDSCAPE_TEST_DATA` is set.
-fn published() -> Vec<(String, Hand)> {
-    let Some(folder) = std::env::var_os("LANDSCAPE_TEST_DATA") else {
-        return Vec::new();
-    };
-    PUBLISHED
-        .iter()
-        .map(|name| {
-            let files = HandFiles::load(&Path::new(&folder).join("hands").join(name)).unwrap();
-            ((*name).to_owned(), Hand::from_files(&files).unwrap())
-        })
-        .collect()
-}
-
 /// Compares the depth in the filters with `count` samples of the hand and as many of the object.
 fn compare(hands: Vec<(String, Hand)>, objects: &[&str], count: usize) {
     let objects: Vec<Arc<Object>> = objects
@@ -222,13 +190,4 @@ fn no_sample_of_the_hand_is_deeper_than_is_told() {
     let hands = ["human", "gripper_three_finger", "gripper_parallel"];
     let hands = hands.map(|name| (name.to_owned(), Hand::named(name).unwrap()));
     compare(hands.into(), &["bottle_round"], 10_000);
-}
-
-/// Tests the built-in and the published hands.
-#[test]
-#[ignore = "minutes: many samples on many hands"]
-fn no_sample_of_any_hand_is_deeper_than_is_told() {
-    let own = HAND_NAMES.map(|name| (name.to_owned(), Hand::named(name).unwrap()));
-    let hands = own.into_iter().chain(published()).collect();
-    compare(hands, &["bottle_round", "mug"], 20_000);
 }

@@ -7,13 +7,11 @@ use std::sync::{Arc, LazyLock};
 use landscape::grasp::depth::object_inside_hand_m;
 use landscape::grasp::failure::{in_one_concavity, sees};
 use landscape::grasp::paper::{PaperEnergy, PaperSettings, sample};
-use landscape::grasp::start::start_pose;
 use landscape::grasp::synthesis::{SynthesisSettings, synthesize};
 use landscape::grasp::{EnergySettings, GraspEnergy, Judgement, judge};
-use landscape::hand::{Hand, PosedHand, axis_distance};
+use landscape::hand::{Hand, PosedHand};
 use landscape::object::Object;
 use landscape::optimize::QuenchSettings;
-use landscape::sample::{Task, stream};
 use nalgebra::Vector3;
 
 use crate::between_points::{passes_between_points, points_inside_object_m};
@@ -60,44 +58,6 @@ fn the_inside_of_a_bowl_is_one_concavity() {
         let apart = (one.point - other.point).norm();
         assert!(apart < 0.01 || !sees(&ball.exact, &one.point, &other.point));
     }
-}
-
-/// Bowls and pens are thin, bottles are not.
-#[test]
-fn thin_parts_are_known() {
-    for name in ["ball", "bottle_round", "box", "can"] {
-        assert!(Object::named(name).unwrap().thin_share < 1e-9, "{name}");
-    }
-    for object in [&PEN, &BOWL] {
-        assert!(object.thin_share > 0.9, "{}", object.name);
-    }
-    assert!(Object::named("hammer").unwrap().thin_share < 0.5);
-}
-
-/// The exact depth of an object in a hand is the limit, from below, of depths of ever denser points of its surface.
-#[test]
-fn nothing_hides_between_points() {
-    let samples = BOWL.mesh.sample_surface(8_000, 1);
-    let mut rng = stream(3, Task::Start, 0);
-    let (mut inside, mut narrowest) = (0, f64::INFINITY);
-    for _ in 0..40 {
-        let posed = posed(&start_pose(&HAND, &BOWL, &mut rng));
-        let exact = object_inside_hand_m(&BOWL.exact, &HAND, &posed);
-        let at_points = samples.iter().fold(0.0, |deepest: f64, sample| {
-            let capsules = HAND.capsules.iter().zip(&posed.capsules);
-            capsules.fold(deepest, |deepest, (capsule, axis)| {
-                deepest.max(capsule.radius_m - axis_distance(&sample.point, axis))
-            })
-        });
-        assert!(at_points <= exact + 1e-12, "{at_points} of {exact}");
-        if exact > 0.0 {
-            inside += 1;
-            narrowest = narrowest.min(exact - at_points);
-            // Points of the bowl are 2 to 3 mm apart.
-            assert!(exact - at_points < 0.0025, "{at_points} of {exact}");
-        }
-    }
-    assert!(inside > 10 && narrowest < 2e-4, "{inside} {narrowest}");
 }
 
 /// The paper's method lets a pen pass through a finger between its surface points, and force closure and penetration as

@@ -5,10 +5,10 @@
 use std::f64::consts::TAU;
 
 use landscape::grasp::closure::{
-    EpsilonSettings, PointContact, contact_forces, epsilon, epsilon_of_wrenches,
-    grasp_matrix_rank_margin, is_force_closure, least_friction, net_wrench,
+    PointContact, contact_forces, epsilon_of_wrenches, grasp_matrix_rank_margin, is_force_closure,
+    least_friction, net_wrench,
 };
-use nalgebra::{Rotation3, Vector3, Vector6};
+use nalgebra::{Vector3, Vector6};
 use serde_json::Value;
 
 struct Case {
@@ -62,22 +62,6 @@ fn analytic() -> Vec<Case> {
 
 fn all() -> impl Iterator<Item = Case> {
     computed().into_iter().chain(analytic())
-}
-
-/// Contacts after a rotation, scaling and translation.
-fn carried(
-    contacts: &[PointContact],
-    turn: Rotation3<f64>,
-    factor: f64,
-    shift: Vector3<f64>,
-) -> Vec<PointContact> {
-    contacts
-        .iter()
-        .map(|contact| PointContact {
-            arm: turn * contact.arm * factor + shift,
-            inward_normal: turn * contact.inward_normal,
-        })
-        .collect()
 }
 
 fn check_friction(cases: &[Case]) {
@@ -245,108 +229,4 @@ fn epsilon_of_reference_sets() {
         }
     }
     assert!(positive > 60, "{positive} sets with a positive ε");
-}
-
-#[test]
-fn turning_moving_and_enlarging_contacts_does_not_change_friction() {
-    let turn = Rotation3::from_euler_angles(0.3, -1.1, 2.4);
-    let shift = Vector3::new(0.2, -0.1, 0.5);
-    for Case { id, contacts, .. } in all() {
-        let before = least_friction(&contacts);
-        let turned = carried(&contacts, turn, 1.0, Vector3::zeros());
-        let moved = carried(&contacts, turn, 3.0, shift);
-        let tiny = carried(&contacts, Rotation3::identity(), 1e-3, Vector3::zeros());
-        for after in [turned, moved, tiny].map(|contacts| least_friction(&contacts)) {
-            if before.is_finite() {
-                assert!(
-                    (before - after).abs() < 2e-6 * before.max(1.0),
-                    "{id}: {before}, then {after}"
-                );
-            } else {
-                assert!(after.is_infinite(), "{id}");
-            }
-        }
-    }
-}
-
-#[test]
-fn turning_contacts_does_not_change_closure_and_epsilon() {
-    let turn = Rotation3::from_euler_angles(0.3, -1.1, 2.4);
-    let settings = EpsilonSettings::default();
-    let mut closed = 0;
-    for Case { id, contacts, .. } in all() {
-        let turned = carried(&contacts, turn, 1.0, Vector3::zeros());
-        let [before, after] = [&contacts, &turned].map(|c| epsilon(c, &settings).value);
-        assert!(
-            (before - after).abs() < 1e-8,
-            "{id}: ε = {before}, turned {after}"
-        );
-        let least = least_friction(&contacts);
-        for friction in [0.05, 0.3, 0.7, 1.5] {
-            if (friction - least).abs() > 1e-4 {
-                let [before, after] = [&contacts, &turned].map(|c| is_force_closure(c, friction));
-                assert_eq!(before, after, "{id} at {friction}");
-                closed += usize::from(before);
-            }
-        }
-    }
-    assert!(closed > 100, "{closed} are closed");
-}
-
-/// Smallest margin of the forces inside their cones, as defined for [`contact_forces`].
-fn margin(contacts: &[PointContact], forces: &[Vector3<f64>], friction: f64) -> f64 {
-    let (sine, cosine) = libm::sincos(libm::atan(friction));
-    let inside = |(contact, force): (&PointContact, &Vector3<f64>)| {
-        let normal = contact.inward_normal.dot(force);
-        let tangential = (force - contact.inward_normal * normal).norm();
-        normal * sine - tangential * cosine
-    };
-    let all = contacts.iter().zip(forces).map(inside);
-    all.fold(f64::INFINITY, f64::min)
-}
-
-/// Torques need not be rescaled, because a wrench that is zero is zero in every unit.
-#[test]
-fn turning_and_enlarging_contacts_turns_forces() {
-    let turn = Rotation3::from_euler_angles(-2.0, 0.7, 1.1);
-    let (mut sets, mut compared) = (0, 0);
-    for Case { id, contacts, .. } in all() {
-        let least = least_friction(&contacts);
-        if least.is_infinite() {
-            continue;
-        }
-        sets += 1;
-        let friction = 1.1 * least + 0.1;
-        let before = contact_forces(&contacts, friction).expect(&id).forces;
-        for factor in [1.0, 5.0] {
-            let turned = carried(&contacts, turn, factor, Vector3::zeros());
-            let after = contact_forces(&turned, friction).expect(&id).forces;
-            let [a, b] = [(&contacts, &before), (&turned, &after)]
-                .map(|(contacts, forces)| margin(contacts, forces, friction));
-            assert!((a - b).abs() < 1e-8, "{id}: margins {a}, {b}");
-            // More contacts may push equally well in several ways.
-            if contacts.len() <= 3 {
-                compared += 1;
-                for (one, other) in before.iter().zip(&after) {
-                    let apart = (turn * one - other).norm();
-                    assert!(apart < 1e-5, "{id}: forces {apart:e} apart");
-                }
-            }
-        }
-    }
-    assert!(sets > 100 && compared > 50, "{sets}, {compared}");
-}
-
-#[test]
-fn larger_contacts_with_smaller_torques_change_nothing() {
-    for Case { id, contacts, .. } in all().step_by(5) {
-        let settings = EpsilonSettings::default();
-        let larger = carried(&contacts, Rotation3::identity(), 40.0, Vector3::zeros());
-        let scaled = EpsilonSettings {
-            torque_scale: settings.torque_scale / 40.0,
-            ..settings
-        };
-        let (before, after) = (epsilon(&contacts, &settings), epsilon(&larger, &scaled));
-        assert!((before.value - after.value).abs() < 1e-8, "{id}");
-    }
 }

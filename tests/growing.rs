@@ -4,8 +4,8 @@ use landscape::energy::Energy;
 use landscape::sample::{Mala, Task, stream};
 use landscape::space::{Euclidean, Space};
 use landscape::topography::{
-    Addition, Connection, Landscape, MapSettings, MemoryJournal, Minimum, MinimumId, PairSearch,
-    Run, build_landscape, distinct, grow_landscape, quench_all,
+    Addition, Landscape, MapSettings, Minimum, MinimumId, PairSearch, Run, build_landscape,
+    distinct, grow_landscape, quench_all,
 };
 
 use crate::pruning::{difference, minima_of};
@@ -70,32 +70,6 @@ fn a_grown_map_is_the_map_made_at_once() {
         new_pairs < 3 * all_pairs / 4,
         "{new_pairs} of {all_pairs} evaluations"
     );
-}
-
-#[test]
-fn nothing_new_costs_nothing() {
-    let (energy, minima) = surface(1);
-    let kernel = Mala::new(&energy);
-    let settings = MapSettings::for_minima(&energy, &minima);
-    let run = Run::default();
-    let whole = build_landscape(&energy, &kernel, minima, &settings, &run).unwrap();
-    let nothing = Addition::default();
-    let same = grow_landscape(&energy, &kernel, &whole, nothing, &settings, &run).unwrap();
-    assert_eq!(same.evaluations, 0);
-    assert_eq!(same.tree, whole.tree);
-    assert_eq!(same.attempts, whole.attempts);
-    assert!(
-        whole
-            .attempts
-            .of_merges(&whole.tree)
-            .iter()
-            .any(Option::is_some)
-    );
-    assert_eq!(
-        same.network.node_weights().collect::<Vec<_>>(),
-        whole.network.node_weights().collect::<Vec<_>>()
-    );
-    assert_eq!(same.connections, whole.connections);
 }
 
 /// Two wells and a ridge between them. The straight way crosses it in a dip between two peaks, and lower ways lead round the
@@ -177,56 +151,4 @@ fn further_searches_find_the_way_round() {
     assert_eq!(attempts.len(), found.attempts.list.len() + 2);
     let starts: Vec<_> = attempts.iter().map(|attempt| attempt.start).collect();
     assert!((1..starts.len()).all(|k| !starts[..k].contains(&starts[k])));
-}
-
-#[test]
-fn further_searches_are_the_same_after_an_interruption() {
-    let energy = Detour(Euclidean::new(2));
-    let (map, settings) = by_straight_lines(&energy);
-    let kernel = Mala::new(&energy);
-    let connect = |searches: usize, journal: &MemoryJournal, threads: usize| {
-        let run = Run {
-            journal,
-            ..Run::default()
-        };
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let addition = pair(0, 1, searches);
-        let map = || grow_landscape(&energy, &kernel, &map, addition, &settings, &run).unwrap();
-        let found = pool.unwrap().install(map);
-        let path = |connection: &Connection| connection.path.images.clone();
-        let paths: Vec<_> = found.connections.iter().map(path).collect();
-        (found.tree, found.attempts, paths, found.evaluations)
-    };
-    let journal = MemoryJournal::default();
-    let at_once = connect(20, &journal, 1);
-    // What a run that ended after its first round has stored.
-    let interrupted = MemoryJournal::default();
-    connect(8, &interrupted, 2);
-    assert_eq!(connect(20, &interrupted, 2), at_once);
-    assert_eq!(connect(20, &journal, 2), at_once);
-}
-
-#[test]
-fn a_searched_pair_keeps_its_minima_when_others_are_added() {
-    let (energy, minima) = surface(2);
-    let kernel = Mala::new(&energy);
-    let mut settings = MapSettings::for_minima(&energy, &minima);
-    settings.searches = 0;
-    let run = Run::default();
-    // The lowest ones come later, so that all have other numbers.
-    let (later, first) = minima.split_at(minima.len() / 2);
-    let map = build_landscape(&energy, &kernel, first.to_vec(), &settings, &run).unwrap();
-    let addition = Addition {
-        minima: later.to_vec(),
-        ..pair(3, 1, 2)
-    };
-    let grown = grow_landscape(&energy, &kernel, &map, addition, &settings, &run).unwrap();
-    let last = grown.attempts.list.last().unwrap();
-    let place = |map: &Landscape, id: MinimumId| {
-        let minima: Vec<_> = map.network.node_weights().collect();
-        minima[id.0].coordinates.clone()
-    };
-    assert_eq!(place(&grown, last.from), place(&map, MinimumId(1)));
-    assert_eq!(place(&grown, last.to), place(&map, MinimumId(3)));
-    assert!(last.from.0 > 1);
 }

@@ -2,19 +2,15 @@
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
-use std::fs;
-
 use crate::described::described;
 use crate::desk::{Desk, assert_says};
 use landscape::evaluation::taxonomy::{
-    Anatomy, Bone, Labeller, NOT_APPLICABLE, Patch, Rule, Unlike, Verdict, explain,
+    Anatomy, Bone, Labeller, NOT_APPLICABLE, Patch, Rule, Unlike, explain,
 };
 use landscape::hand::{Hand, HandFiles};
 use landscape::mesh::Mesh;
 use landscape::object::Object;
-use landscape::space::Pose;
 use landscape::store::{GraspFile, Overrides};
-use landscape::study::{Run, label_all, record_labels};
 
 /// Every `step`-th grasp of the committed population.
 fn some_grasps(step: usize) -> GraspFile {
@@ -88,45 +84,6 @@ fn a_mirrored_grasp_has_the_same_label() {
         texts.insert(one.text());
     }
     assert!(texts.len() >= 2, "{texts:?}");
-}
-
-/// The rule decides the category first, and what is printed and stored must not contradict it.
-#[test]
-fn what_is_stored_agrees_with_the_explanation() {
-    let mut file = some_grasps(4);
-    let rule = Rule::standard();
-    let labels = label_all(&file, rule, |_| true, &Run::default()).unwrap();
-    record_labels(&mut file, &labels, rule);
-    let mut unlisted = 0;
-    for grasp in &file.grasps {
-        let label = &labels[&grasp.id];
-        let category = grasp.label_category.as_deref().unwrap();
-        let most = label.categories.iter().max_by(|a, b| a.1.total_cmp(&b.1));
-        assert_eq!(most.unwrap().0.name(), category, "grasp {}", grasp.id);
-        unlisted += usize::from(label.verdict == Verdict::Unlisted);
-        let text = grasp.label_best.as_deref().unwrap();
-        let scores: Vec<f64> = text
-            .split(", ")
-            .map(|part| part.rsplit(' ').next().unwrap().parse().unwrap())
-            .collect();
-        assert!(
-            scores.is_sorted_by(|a, b| a >= b),
-            "grasp {}: {text}",
-            grasp.id
-        );
-        assert_eq!(
-            format!("{:.3}", grasp.label_score.unwrap()),
-            format!("{:.3}", scores[0])
-        );
-        let answer = &label.grasp_type().map_or("", |entry| entry.name.as_str());
-        assert!(text.starts_with(answer), "grasp {}: {text}", grasp.id);
-        let told = explain(label, rule);
-        assert!(
-            told.contains(&format!("5 type              {:.3}", scores[0])),
-            "{told}"
-        );
-    }
-    assert!(unlisted > 0 && file.grasps.len() > 100);
 }
 
 #[test]
@@ -261,63 +218,6 @@ fn published_hands_are_read_as_human_or_told_why_not() {
     }
 }
 
-/// With and without its side file the MANO-like hand of the test data has the same digits and bones.
-#[test]
-fn a_mano_like_hand_needs_no_side_file() {
-    let Some(data) = std::env::var_os("LANDSCAPE_TEST_DATA") else {
-        return;
-    };
-    let path = std::path::Path::new(&data).join("ycb_affordance/hand/mano_ycba.xml");
-    let files = HandFiles::load(&path).unwrap();
-    let bare = without_side_file(&files);
-    let [told, derived] = [&files, &bare].map(|files| Hand::from_files(files).unwrap());
-    let [one, other] = [&told, &derived].map(|hand| Anatomy::of(hand).unwrap());
-    let posed = [&told, &derived].map(Hand::straight);
-    for digit in 1..=5 {
-        for bone in [Bone::Metacarpal, Bone::Proximal, Bone::Middle, Bone::Distal] {
-            let [a, b] = [
-                one.direction(&posed[0], digit, bone),
-                other.direction(&posed[1], digit, bone),
-            ];
-            assert_eq!(a.is_some(), b.is_some(), "{digit} {bone:?}");
-            if let (Some(a), Some(b)) = (a, b) {
-                assert!(a.angle(&b) < 0.15, "{digit} {bone:?}: {}", a.angle(&b));
-            }
-        }
-    }
-    let turned = one
-        .palm_axes(&posed[0])
-        .volar
-        .angle(&other.palm_axes(&posed[1]).volar);
-    assert!(turned < 0.35, "{turned}");
-}
-
-/// The taxonomy does not apply to a hand without a thumb, whatever its fingers are called, and the label says so.
-#[test]
-fn a_hand_without_a_thumb_gets_no_type() {
-    let file = some_grasps(4);
-    let object = object_of(&file);
-    let (human, thumbless) = (hand("human"), hand("human_thumbless"));
-    let labeller = Labeller::new(&thumbless, &object, Rule::standard());
-    assert!(!labeller.applies());
-    for grasp in &file.grasps {
-        let pose = &grasp.grasp.pose;
-        let kept =
-            |joint: &landscape::hand::Joint| pose.joints()[human.joint(&joint.name).unwrap()];
-        let kept: Vec<f64> = thumbless.joints.iter().map(kept).collect();
-        let x = Pose::new(
-            std::array::from_fn(|k| pose[k]),
-            pose.rotation_wxyz(),
-            &kept,
-        );
-        let label = labeller.label(&x);
-        assert_eq!(label.text(), NOT_APPLICABLE);
-        assert!(label.best.is_empty());
-        let why = explain(&label, Rule::standard());
-        assert!(why.contains("no digit stands out as a thumb"), "{why}");
-    }
-}
-
 /// Without its side file the human hand is interpreted from its joints and geometry alone; the result agrees with the
 /// side file.
 #[test]
@@ -357,13 +257,7 @@ fn labels_are_written_explained_and_overridden() {
     let desk = Desk::empty();
     let file = some_grasps(40);
     file.write(&desk.path("g.parquet")).unwrap();
-    let output = desk.run("label g.parquet");
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    let said = String::from_utf8(output.stdout).unwrap();
+    let said = desk.print("label g.parquet");
     assert_says(
         &said,
         &[
@@ -374,11 +268,7 @@ fn labels_are_written_explained_and_overridden() {
             "categories",
         ],
     );
-    let read = |name: &str| {
-        GraspFile::read(&desk.path(name), Overrides::default())
-            .unwrap()
-            .0
-    };
+    let read = |name: &str| desk.grasps(name);
     let labelled = read("g.labelled.parquet");
     assert_eq!(
         labelled.metadata.labels["rule"],
@@ -388,13 +278,12 @@ fn labels_are_written_explained_and_overridden() {
         assert!(grasp.label.is_none() && grasp.label_auto.is_some());
         assert_eq!(grasp.label_source.as_deref(), Some("rule"));
     }
-    let again = fs::read(desk.path("g.labelled.parquet")).unwrap();
-    assert!(desk.run("label g.parquet --threads 1").status.success());
-    assert_eq!(fs::read(desk.path("g.labelled.parquet")).unwrap(), again);
+    let again = desk.bytes("g.labelled.parquet");
+    desk.succeed("label g.parquet --threads 1");
+    assert_eq!(desk.bytes("g.labelled.parquet"), again);
 
     let id = file.grasps[0].id;
-    let output = desk.run(&format!("label g.parquet --explain {id}"));
-    let said = String::from_utf8(output.stdout).unwrap();
+    let said = desk.print(&format!("label g.parquet --explain {id}"));
     assert_says(
         &said,
         &[
@@ -410,10 +299,12 @@ fn labels_are_written_explained_and_overridden() {
 
     let other = file.grasps[1].id;
     let csv = format!("id,label\n{id},thumb adducted\n{other},unlisted\n");
-    fs::write(desk.path("labels.csv"), csv).unwrap();
-    let output = desk.run("label g.parquet --from labels.csv");
-    let said = String::from_utf8(output.stdout).unwrap();
-    assert_says(&said, &["agreeing", "disagreeing", "Adducted Thumb"]);
+    desk.write("labels.csv", csv);
+    let said = desk.print("label g.parquet --from labels.csv");
+    assert_says(
+        &said,
+        &["agreeing", "disagreeing", "Adducted Thumb"],
+    );
     let labelled = read("g.labelled.parquet");
     assert_eq!(labelled.grasps[0].label.as_deref(), Some("Adducted Thumb"));
     assert_eq!(labelled.grasps[0].label_category.as_deref(), Some("power"));
@@ -422,11 +313,7 @@ fn labels_are_written_explained_and_overridden() {
     assert_eq!(labelled.grasps[1].label_category, None);
     assert_eq!(labelled.grasps[2].label, None);
     // What a human said stays when the file is labelled again.
-    assert!(
-        desk.run("label g.labelled.parquet -o again.parquet")
-            .status
-            .success()
-    );
+    desk.succeed("label g.labelled.parquet -o again.parquet");
     assert_eq!(read("again.parquet").grasps, labelled.grasps);
 
     let refused = |line: &str| desk.mistake(line);
@@ -434,12 +321,12 @@ fn labels_are_written_explained_and_overridden() {
         &refused("label g.parquet --explain 123456"),
         &["no grasp with this id"],
     );
-    fs::write(desk.path("bad.csv"), "id,label\n123456,Ring\n").unwrap();
+    desk.write("bad.csv", "id,label\n123456,Ring\n");
     assert_says(
         &refused("label g.parquet --from bad.csv"),
         &["bad.csv", "line 2", "123456"],
     );
-    fs::write(desk.path("bad.csv"), "id,label\n1,Rang\n").unwrap();
+    desk.write("bad.csv", "id,label\n1,Rang\n");
     assert_says(
         &refused("label g.parquet --from bad.csv"),
         &["line 2", "Rang"],

@@ -320,88 +320,6 @@ fn a_bent_sheet_becomes_a_wall_of_even_thickness() {
 }
 
 #[test]
-fn sheets_that_meet_at_one_edge_become_walls_that_overlap() {
-    let (mut vertices, mut triangles) = angle();
-    vertices.extend([Vector3::new(0.1, 0.0, 0.0), Vector3::new(0.1, 0.1, 0.0)]);
-    triangles.extend([[2, 6, 3], [3, 6, 7]]);
-    let made = Mesh::thickened("tee", vertices, triangles, 0.004).unwrap();
-    assert_eq!(made.repairs.last(), Some(&Repair::Thickened { sheets: 3 }));
-    // The upright wall begins in the middle of the others.
-    let expected = 0.004 * 0.1 * (0.1 + 0.048);
-    assert!((made.mesh.volume() / expected - 1.0).abs() < 1e-3);
-}
-
-#[test]
-fn only_open_surfaces_become_walls() {
-    let cube = Shape::new("cube").with_box([0.0; 3], [0.06; 3], false);
-    let whole = Damage {
-        share: 0.0,
-        reversed: None,
-        other_diagonals: false,
-        split: false,
-        jitter_m: 0.0,
-        flipped: 0.0,
-    };
-    let mut rng = stream(1, Task::Start, 0);
-    let (vertices, triangles) = damaged(&cube, whole, &mut rng);
-    // One face is there twice, but nothing is open.
-    let error = Mesh::thickened("cube", vertices.clone(), triangles.clone(), 0.002).unwrap_err();
-    assert!(
-        error.to_string().contains("leave out --thickness"),
-        "{error}"
-    );
-    // With a flag of 60 × 30 mm, the cube stays a solid.
-    let mut vertices = vertices;
-    vertices.extend([[0.06, 0.0, 0.09], [0.06, 0.06, 0.09]].map(Vector3::from));
-    let mut triangles = triangles;
-    triangles.extend([[5, 7, 8], [7, 9, 8]]);
-    let error = Mesh::repaired("flag", vertices.clone(), triangles.clone()).unwrap_err();
-    assert!(
-        error
-            .to_string()
-            .contains("7.7 % of its surface encloses nothing"),
-        "{error}"
-    );
-    let made = Mesh::thickened("flag", vertices, triangles, 0.002).unwrap();
-    let expected = 0.06_f64.powi(3) + 0.03 * 0.06 * 0.002;
-    assert!((made.mesh.volume() / expected - 1.0).abs() < 1e-3);
-}
-
-/// Walls of boxes that share a face, and boxes that share only an edge.
-/// Two panels that overlap along an edge of both, as in furniture: their faces lie on each other there, and nothing is doubled.
-#[test]
-fn pieces_that_share_an_edge_and_overlap_are_accepted() {
-    let shape = Shape::new("panels")
-        .with_box([0.0; 3], [0.1, 0.004, 0.1], false)
-        .with_box([0.0; 3], [0.1, 0.1, 0.004], false);
-    let triangles: Vec<[u32; 3]> = (shape.polygons.iter())
-        .flat_map(|face| [[face[0], face[1], face[2]], [face[0], face[2], face[3]]])
-        .collect();
-    // Both have the corners of their common edge.
-    let mut vertices = shape.vertices.clone();
-    let mut common = Vec::new();
-    for (place, corner) in shape.vertices.iter().enumerate() {
-        let first = vertices.iter().position(|other| other == corner).unwrap();
-        common.push(u32::try_from(first.min(place)).unwrap());
-    }
-    vertices.truncate(shape.vertices.len());
-    let mut triangles: Vec<[u32; 3]> = (triangles.iter())
-        .map(|triangle| triangle.map(|corner| common[corner as usize]))
-        .collect();
-    let sound = Mesh::repaired("panels", vertices.clone(), triangles.clone()).unwrap();
-    assert!(
-        (sound.mesh.volume() / shape.volume - 1.0).abs() < 0.05,
-        "{} {} {:?}",
-        sound.mesh.volume(),
-        shape.volume,
-        sound.repairs
-    );
-    triangles[5].swap(0, 1);
-    let turned = Mesh::repaired("turned", vertices, triangles).unwrap();
-    assert!((turned.mesh.volume() / sound.mesh.volume() - 1.0).abs() < 1e-6);
-}
-
-#[test]
 fn faces_between_two_enclosed_rooms_are_left_out() {
     let corner = |x: f64, y: f64, z: f64| Vector3::new(x, y, z) * 0.03;
     let mut vertices = Vec::new();
@@ -488,20 +406,6 @@ fn corners_on_edges_of_other_faces_do_not_open_a_surface() {
             (made.mesh.volume() / 0.06_f64.powi(3) - 1.0).abs() < 1e-6,
             "{:?}",
             made.repairs
-        );
-    }
-}
-
-#[test]
-fn sound_meshes_stay_the_same() {
-    for name in landscape::object::OBJECT_NAMES {
-        let (mesh, _) = Object::parts_of_named(name).unwrap();
-        let (vertices, triangles) = (mesh.vertices().to_vec(), mesh.triangles().to_vec());
-        let same = Mesh::repaired(name, vertices, triangles).unwrap();
-        assert_eq!(
-            (&same.mesh, same.repairs.as_slice()),
-            (&mesh, &[][..]),
-            "{name}"
         );
     }
 }

@@ -1,10 +1,8 @@
 //! Müller and Brown's surface from random starts: minima and merge heights agree with published values.
 
-use landscape::energy::Energy;
 use landscape::energy::model::MullerBrown;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Mala, Task, stream};
-use landscape::space::{Euclidean, Space};
 use landscape::topography::{
     ChainSettings, Evidence, MapSettings, MatchTolerance, Minimum, MinimumId, Run, build_landscape,
     chain, distinct, quench_all,
@@ -100,49 +98,6 @@ fn no_merge_is_above_the_ceiling() {
         } else {
             assert!((height + 72.248_94).abs() < 1e-4, "{height}");
             assert_eq!(evidence, Evidence::Saddle);
-        }
-    }
-}
-
-/// Two pits with nothing between them.
-struct Walled(Euclidean);
-
-impl Energy for Walled {
-    fn space(&self) -> &dyn Space {
-        &self.0
-    }
-
-    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
-        let from_wall = x[0].abs() - 1.0;
-        gradient[0] = 2.0 * from_wall * x[0].signum();
-        if x[0].abs() < 0.5 {
-            return f64::INFINITY;
-        }
-        // The left pit is deeper.
-        from_wall * from_wall - if x[0] < 0.0 { 1.0 } else { 0.0 }
-    }
-}
-
-/// What no path joins is joined at the ceiling, and stays apart without one.
-#[test]
-fn pits_that_no_path_joins_meet_at_the_ceiling() {
-    let energy = Walled(Euclidean::new(1));
-    let starts = [vec![-1.3], vec![1.2]];
-    let settings = QuenchSettings::default();
-    let ends = quench_all(&energy, &starts, &settings, &Run::default()).unwrap();
-    let (minima, _) = distinct(&energy, &ends, &MatchTolerance::default(), 1e-6);
-    assert_eq!(minima.len(), 2);
-    for ceiling in [None, Some(3.0)] {
-        let settings = MapSettings {
-            ceiling,
-            ..MapSettings::for_scales(1.0, 2.0)
-        };
-        let kernel = Mala::new(&energy);
-        let minima = minima.clone();
-        let found = build_landscape(&energy, &kernel, minima, &settings, &Run::default()).unwrap();
-        assert_eq!(found.tree.minimax(MinimumId(0), MinimumId(1)), ceiling);
-        if ceiling.is_some() {
-            assert_eq!(found.merges()[0].evidence, Evidence::Path);
         }
     }
 }

@@ -10,7 +10,6 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use landscape::mesh::Mesh;
 use landscape::object::Object;
-use landscape::store::{GraspFile, Overrides};
 use serde_json::json;
 
 const DUMBBELL: &str = "\
@@ -23,13 +22,6 @@ sphere = { centre = [0, 0, 0.06], radius_m = 0.025 }
 [[parts]]
 sphere = { centre = [0, 0, -0.06], radius_m = 0.025 }
 ";
-
-fn told(desk: &Desk, line: &str) -> String {
-    let output = desk.run(line);
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "landscape {line}: {said}");
-    said + &String::from_utf8(output.stdout).unwrap()
-}
 
 /// A ball as text of another format, its coordinates multiplied by a factor.
 fn ball(factor: f64) -> (String, String) {
@@ -58,8 +50,8 @@ fn ball(factor: f64) -> (String, String) {
 #[test]
 fn shapes_in_toml_are_objects() {
     let desk = Desk::empty();
-    fs::write(desk.path("d.toml"), DUMBBELL).unwrap();
-    let said = told(&desk, "objects inspect d.toml --side-file d.json");
+    desk.write("d.toml", DUMBBELL);
+    let said = desk.said("objects inspect d.toml --side-file d.json");
     assert_says(
         &said,
         &[
@@ -71,11 +63,7 @@ fn shapes_in_toml_are_objects() {
             "round about",
         ],
     );
-    assert!(
-        fs::read_to_string(desk.path("d.json"))
-            .unwrap()
-            .contains("axis")
-    );
+    assert!(desk.text("d.json").contains("axis"));
     assert!(desk.path("d.png").exists());
     assert_says(
         &desk.mistake("objects inspect d.toml --side-file d.json"),
@@ -83,18 +71,18 @@ fn shapes_in_toml_are_objects() {
     );
     // One shape is its formula.
     let single: Vec<&str> = DUMBBELL.lines().take(4).collect();
-    fs::write(desk.path("rod.toml"), single.join("\n")).unwrap();
-    let said = told(&desk, "objects inspect rod.toml");
+    desk.write("rod.toml", single.join("\n"));
+    let said = desk.said("objects inspect rod.toml");
     assert_says(
         &said,
         &["symmetry declared", "round about (0.000, 0.000, 1.000)"],
     );
-    fs::write(desk.path("bad.toml"), DUMBBELL.replace("0.025", "-1")).unwrap();
+    desk.write("bad.toml", DUMBBELL.replace("0.025", "-1"));
     assert_says(
         &desk.mistake("objects inspect bad.toml"),
         &["bad.toml", "radius_m", "-1 is not"],
     );
-    fs::write(desk.path("typo.toml"), DUMBBELL.replace("sphere", "spere")).unwrap();
+    desk.write("typo.toml", DUMBBELL.replace("sphere", "spere"));
     assert_says(
         &desk.mistake("synth --object typo.toml"),
         &["typo.toml", "spere"],
@@ -105,10 +93,10 @@ fn shapes_in_toml_are_objects() {
 fn scales_units_and_repairs_are_told() {
     let desk = Desk::empty();
     let (millimetres, _) = ball(1e3);
-    fs::write(desk.path("mm.ply"), millimetres).unwrap();
+    desk.write("mm.ply", millimetres);
     let sentence = desk.mistake("objects inspect mm.ply");
     assert_says(&sentence, &["mm is", "m across", "--scale 0.001"]);
-    let said = told(&desk, "objects inspect mm.ply --scale 0.001");
+    let said = desk.said("objects inspect mm.ply --scale 0.001");
     assert_says(
         &said,
         &["watertight, 1 piece\n", "symmetry found    a ball"],
@@ -123,21 +111,17 @@ fn scales_units_and_repairs_are_told() {
         let words: Vec<&str> = lines[face].split(' ').collect();
         lines[face] = format!("f {} {} {}", words[2], words[1], words[3]);
     }
-    fs::write(desk.path("worn.obj"), lines.join("\n")).unwrap();
-    let said = told(&desk, "objects inspect worn.obj --scale 0.1");
+    desk.write("worn.obj", lines.join("\n"));
+    let said = desk.said("objects inspect worn.obj --scale 0.1");
     assert_says(
         &said,
         &["worn.obj: 2 triangles", "were turned", "hole", "closed"],
     );
-    let said = told(&desk, "objects inspect worn.obj --scale 0.01");
+    let said = desk.said("objects inspect worn.obj --scale 0.01");
     assert_says(&said, &["less than a fingertip", "--scale"]);
 
     let half = lines.iter().take(first + (lines.len() - first) / 2);
-    fs::write(
-        desk.path("half.obj"),
-        half.cloned().collect::<Vec<_>>().join("\n"),
-    )
-    .unwrap();
+    desk.write("half.obj", half.cloned().collect::<Vec<_>>().join("\n"));
     let sentence = desk.mistake("synth --object half.obj --scale 0.1");
     assert_says(
         &sentence,
@@ -164,8 +148,8 @@ const CUP: &str = "f 1 3 4 2\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
 #[test]
 fn open_surfaces_become_walls_only_if_a_thickness_is_given() {
     let desk = Desk::empty();
-    fs::write(desk.path("cup.obj"), open_box(CUP)).unwrap();
-    fs::write(desk.path("sheet.obj"), open_box("f 1 3 4 2\n")).unwrap();
+    desk.write("cup.obj", open_box(CUP));
+    desk.write("sheet.obj", open_box("f 1 3 4 2\n"));
     for verb in ["objects inspect cup.obj", "synth --object cup.obj"] {
         let said = desk.mistake(&format!("{verb} --scale 0.001"));
         assert_says(
@@ -178,7 +162,7 @@ fn open_surfaces_become_walls_only_if_a_thickness_is_given() {
         );
     }
     // Five walls of 80 × 80 mm, mitred at the edges; at the rim they end as high as the sheet.
-    let said = told(&desk, "objects inspect cup.obj --scale 0.001 --thickness 4");
+    let said = desk.said("objects inspect cup.obj --scale 0.001 --thickness 4");
     assert_says(
         &said,
         &[
@@ -187,16 +171,11 @@ fn open_surfaces_become_walls_only_if_a_thickness_is_given() {
             "volume (cm³)",
         ],
     );
-    let said = told(
-        &desk,
-        "objects inspect sheet.obj --scale 0.001 --thickness 4",
-    );
+    let said = desk.said("objects inspect sheet.obj --scale 0.001 --thickness 4");
     assert_says(&said, &["80, 80, 4", "volume (cm³)"]);
-    told(
-        &desk,
-        "synth --object sheet.obj --scale 0.001 --thickness 4 -n 1 --steps 1 --keep all -o sheet.parquet",
+    desk.said("synth --object sheet.obj --scale 0.001 --thickness 4 -n 1 --steps 1 --keep all -o sheet.parquet",
     );
-    let (file, _) = GraspFile::read(&desk.path("sheet.parquet"), Overrides::default()).unwrap();
+    let file = desk.grasps("sheet.parquet");
     assert_says(&file.metadata.command, &["--scale 0.001 --thickness 4"]);
     let object = file.metadata.objects[0]
         .build(file.grasps[0].scale)
@@ -210,74 +189,6 @@ fn open_surfaces_become_walls_only_if_a_thickness_is_given() {
         ),
     ] {
         assert_says(&desk.mistake(line), &[words]);
-    }
-}
-
-#[test]
-fn faces_that_are_there_twice_are_told_and_count_once() {
-    let desk = Desk::empty();
-    let faces = format!("{CUP}f 5 6 8 7\n");
-    // In the opposite direction and along other diagonals.
-    let mut reversed = String::new();
-    for line in faces.lines() {
-        let corners: Vec<&str> = line[2..].split(' ').rev().collect();
-        reversed.extend(["f ", &corners.join(" "), "\n"]);
-    }
-    for (name, faces, note) in [
-        (
-            "twice",
-            faces.clone() + &faces,
-            "12 of 24 faces lie on others",
-        ),
-        (
-            "both",
-            faces.clone() + &reversed,
-            "12 of 24 faces lie on others",
-        ),
-        (
-            "one",
-            faces.clone() + "f 1 3 4\n",
-            "1 of 13 faces is there twice; one was kept",
-        ),
-    ] {
-        fs::write(desk.path(&format!("{name}.obj")), open_box(&faces)).unwrap();
-        let said = told(&desk, &format!("objects inspect {name}.obj --scale 0.001"));
-        assert_says(&said, &[note, "volume (cm³)", "512", "384"]);
-    }
-}
-
-/// Objects of strangers, whose sizes are known.
-#[test]
-fn objects_of_strangers_are_solid_or_refused_with_a_reason() {
-    let Some(data) = std::env::var_os("LANDSCAPE_TEST_DATA") else {
-        crate::skipped::skipped("LANDSCAPE_TEST_DATA is not set");
-        return;
-    };
-    let folder = std::path::Path::new(&data).join("strangers/objects");
-    let read = |name: &str| Mesh::read(&folder.join(name), 1.0);
-    for (name, volume_m3) in [
-        ("table_ds.obj", 221.472e-6),
-        ("cube_duplicated.obj", 216e-6),
-        ("cube_dup1.obj", 216e-6),
-    ] {
-        let made = read(name).unwrap();
-        let share = made.mesh.volume() / volume_m3;
-        assert!(
-            (share - 1.0).abs() < 1e-3,
-            "{name}: {share}, {:?}",
-            made.repairs
-        );
-    }
-    for (name, words) in [
-        ("cup_open.obj", "--thickness 2"),
-        ("sheet.obj", "--thickness 2"),
-        ("lfs_pointer.obj", "git lfs pull"),
-    ] {
-        let said = read(name).unwrap_err().to_string();
-        assert!(said.contains(words), "{said}");
-    }
-    for name in ["cup_open.obj", "sheet.obj"] {
-        Mesh::read_thickened(&folder.join(name), 0.002).unwrap();
     }
 }
 
@@ -338,11 +249,11 @@ fn gltf_costs_no_more_than_it_holds() {
 #[test]
 fn shapes_need_a_part_and_a_mesh_inside_out_is_told() {
     let desk = Desk::empty();
-    fs::write(desk.path("none.toml"), "name = \"none\"\n").unwrap();
+    desk.write("none.toml", "name = \"none\"\n");
     let said = String::from_utf8(desk.run("objects inspect none.toml").stderr).unwrap();
     assert!(said.contains("[[parts]]"), "{said}");
     let obj = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n";
-    fs::write(desk.path("out.obj"), obj).unwrap();
-    let said = told(&desk, "objects inspect out.obj");
+    desk.write("out.obj", obj);
+    let said = desk.said("objects inspect out.obj");
     assert!(said.contains("1 piece was inside out and turned"), "{said}");
 }

@@ -1,7 +1,5 @@
 //! Objects that are too large or too small for a hand.
 
-use std::fs;
-
 use landscape::hand::Hand;
 use landscape::object::{Assembly, Cuboid, Object, Primitive, Sphere};
 use landscape::study::doubted_size;
@@ -72,7 +70,7 @@ fn what_is_thinner_than_a_finger_all_around_is_doubted() {
 fn what_no_hand_can_span_is_refused_before_the_search() {
     let desk = Desk::empty();
     let shape = "[[parts]]\nsphere = { centre = [0, 0, 0], radius_m = 0.15 }\n";
-    fs::write(desk.path("large.toml"), shape).unwrap();
+    desk.write("large.toml", shape);
     assert_says(
         &desk.mistake("synth --object large.toml -o large.parquet"),
         &[

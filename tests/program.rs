@@ -18,9 +18,12 @@ mod pages;
 #[expect(dead_code, reason = "what only `write` calls reads whole landscapes")]
 #[path = "../analysis/paper_claims/claims/mod.rs"]
 mod paper_claims;
+mod parts;
 mod pickled;
 mod skipped;
+mod store;
 mod surface;
+mod table;
 mod thermodynamics;
 mod toy_hand;
 mod trees;

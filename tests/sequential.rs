@@ -1,17 +1,14 @@
 //! Sequential ADELM follows its published rules and depends on the order of arrival; the default map does not.
 
 use landscape::energy::Energy;
-use landscape::energy::model::{MullerBrown, Torsion};
+use landscape::energy::model::MullerBrown;
 use landscape::optimize::QuenchSettings;
-use landscape::sample::{Mala, Task, stream};
+use landscape::sample::Mala;
 use landscape::space::{Euclidean, Space};
 use landscape::topography::{
-    ChainSettings, Evidence, Landscape, MapSettings, MatchTolerance, MemoryJournal, Minimum,
-    MinimumId, Run, Sequential, SequentialSettings, build_landscape, distinct, quench_all,
-    sequential,
+    ChainSettings, Evidence, MatchTolerance, Minimum, MinimumId, Run, Sequential,
+    SequentialSettings, distinct, quench_all, sequential,
 };
-use rand::RngExt;
-use rand::seq::SliceRandom;
 
 /// Three wells in the plane. Two of them are on either side of a wall that ends below the third. A straight pull leads from
 /// each of the two to the third, but not from one to the other.
@@ -83,24 +80,6 @@ fn run(order: &[usize]) -> Sequential {
 }
 
 #[test]
-fn gradient_of_the_wall() {
-    let energy = Wall::new();
-    for x in [[0.05, 0.9], [-0.3, 0.2], [0.1, 1.3]] {
-        let mut gradient = [0.0; 2];
-        energy.evaluate(&x, &mut gradient);
-        for k in 0..2 {
-            let side = |step: f64| {
-                let mut there = x;
-                there[k] += step;
-                energy.evaluate(&there, &mut [0.0; 2])
-            };
-            let measured = (side(1e-6) - side(-1e-6)) / 2e-6;
-            assert!((gradient[k] - measured).abs() < 1e-6 * (1.0 + measured.abs()));
-        }
-    }
-}
-
-#[test]
 fn groups_depend_on_the_order_of_arrival() {
     // The lowest first: it stays the representative, and both others reach it.
     let one = run(&[0, 1, 2]);
@@ -136,26 +115,6 @@ fn groups_depend_on_the_order_of_arrival() {
     for node in &two.landscape.tree.nodes[3..] {
         assert!((-1.0..3.0).contains(&node.energy), "{}", node.energy);
     }
-}
-
-#[test]
-fn remembered_chains_are_not_run_again() {
-    let (energy, journal) = (Wall::new(), MemoryJournal::default());
-    let counted = landscape::energy::Counted::new(&energy);
-    let (kernel, minima) = (Mala::new(&counted), wells(&[1, 2, 0]));
-    let memory = Run {
-        journal: &journal,
-        ..Run::default()
-    };
-    let first = sequential(&counted, &kernel, &minima, &settings(), &memory).unwrap();
-    let spent = counted.evaluations();
-    let second = sequential(&counted, &kernel, &minima, &settings(), &memory).unwrap();
-    assert_eq!(counted.evaluations(), spent);
-    assert_eq!(first.landscape.connections, second.landscape.connections);
-    assert_eq!(
-        first.landscape.connections,
-        run(&[1, 2, 0]).landscape.connections
-    );
 }
 
 #[test]
@@ -200,52 +159,4 @@ fn published_surface() {
         .minimax(MinimumId(0), MinimumId(1))
         .unwrap();
     assert!(height > -40.67 - 0.05 && height < 60.0, "{height}");
-}
-
-/// All properties of a map except the row numbers of members.
-fn bits(found: &Landscape) -> String {
-    let minima: Vec<_> = (found.network.node_weights())
-        .map(|minimum| (minimum.energy.to_bits(), minimum.coordinates.clone()))
-        .collect();
-    format!(
-        "{minima:?} {:?} {:?} {:?}",
-        found.connections, found.tree, found.groups
-    )
-}
-
-#[test]
-fn the_map_does_not_depend_on_the_order() {
-    let torsion = Torsion::new(&[(1.0, 2), (3.0, 2)]);
-    let (wall, muller_brown) = (Wall::new(), MullerBrown::new());
-    let surfaces: [(&dyn Energy, [f64; 2], [f64; 2]); 3] = [
-        (&wall, [-0.7, -0.2], [0.7, 1.7]),
-        (&muller_brown, [-1.5, -0.3], [1.0, 1.8]),
-        (&torsion, [-3.1; 2], [3.1; 2]),
-    ];
-    for (energy, low, high) in surfaces {
-        let mut rng = stream(5, Task::Start, 0);
-        let mut starts: Vec<Vec<f64>> = (0..40)
-            .map(|_| (0..2).map(|k| rng.random_range(low[k]..high[k])).collect())
-            .collect();
-        let kernel = Mala::new(energy);
-        let minima = |starts: &[Vec<f64>]| {
-            let settings = QuenchSettings::default();
-            let found = quench_all(energy, starts, &settings, &Run::default()).unwrap();
-            distinct(energy, &found, &MatchTolerance::default(), 1e-6).0
-        };
-        let settings = MapSettings::for_minima(energy, &minima(&starts));
-        let map =
-            |minima| build_landscape(energy, &kernel, minima, &settings, &Run::default()).unwrap();
-        let first = map(minima(&starts));
-        assert!(first.network.node_count() > 2);
-        for _ in 0..3 {
-            // The starts in another order …
-            starts.shuffle(&mut rng);
-            let mut others = minima(&starts);
-            assert_eq!(bits(&map(others.clone())), bits(&first));
-            // … and the minima themselves.
-            others.shuffle(&mut rng);
-            assert_eq!(bits(&map(others)), bits(&first));
-        }
-    }
 }

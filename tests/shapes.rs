@@ -3,14 +3,11 @@
 
 use std::sync::LazyLock;
 
-use crate::relaxed::{RelaxedForceClosure, Touch};
-use landscape::grasp::closure::{PointContact, net_wrench};
 use landscape::mesh::{ExactMesh, Mesh};
 use landscape::object::{
     Capsule, Cuboid, Cylinder, Field, FieldSettings, Object, Revolved, Shape, Sphere,
 };
-use landscape::sample::{Task, stream};
-use nalgebra::{Matrix3, Matrix6, Matrix6x3, Unit, Vector3};
+use nalgebra::{Matrix3, Unit, Vector3};
 use proptest::prelude::*;
 
 /// The tested shapes. A new shape needs one line here.
@@ -69,11 +66,6 @@ static REVOLVED: LazyLock<Revolved> = LazyLock::new(|| {
 fn points() -> impl Strategy<Value = Vector3<f64>> {
     let within = |reach: f64| prop::array::uniform3(-reach..reach).prop_map(Vector3::from);
     prop_oneof![4 => within(0.1), 2 => within(0.4), 1 => within(4.0)]
-}
-
-/// Points near an object.
-fn points_near() -> impl Strategy<Value = Vector3<f64>> {
-    prop::array::uniform3(-0.1..0.1).prop_map(Vector3::from)
 }
 
 fn central_gradient(shape: &dyn Shape, point: &Vector3<f64>, step: f64) -> Vector3<f64> {
@@ -141,115 +133,6 @@ proptest! {
         prop_assert!((slope_a - slope_b).norm() < 1e3 * STEP_M);
         prop_assert!((bend_a - bend_b).norm() < 1e6 * STEP_M);
     }
-}
-
-/// Relaxed tests that differ in everything that affects a derivative, with the number of points for each.
-fn relaxed_tests() -> Vec<(usize, RelaxedForceClosure)> {
-    let paper = RelaxedForceClosure::paper(Vector3::new(0.005, 0.002, 0.01), 0.05);
-    let rounded = RelaxedForceClosure {
-        rounding: 0.05,
-        distance_weight: 10.0,
-        distance_rounding_m: 0.002,
-        ..paper
-    };
-    // An arm of 0.1 m is two units long: these ε lie above the least eigenvalue of most sets.
-    let of_rank = |rank_epsilon| RelaxedForceClosure {
-        rank_epsilon,
-        rank_weight: 0.7,
-        ..rounded
-    };
-    vec![
-        (3, paper),
-        (5, paper),
-        (4, rounded),
-        (3, of_rank(2.0)),
-        (6, of_rank(20.0)),
-    ]
-}
-
-/// Whether FC has a derivative at these points: no kink of the distance, the norm or the eigenvalue nearby.
-fn has_derivative(test: &RelaxedForceClosure, shape: &dyn Shape, points: &[Vector3<f64>]) -> bool {
-    let answers: Vec<_> = points.iter().map(|point| shape.gradient(point)).collect();
-    let contacts: Vec<PointContact> = points
-        .iter()
-        .zip(&answers)
-        .map(|(point, (_, gradient))| test.contact(point, gradient))
-        .collect();
-    let mut gram = Matrix6::zeros();
-    for contact in &contacts {
-        let mut map = Matrix6x3::identity();
-        map.fixed_view_mut::<3, 3>(3, 0)
-            .copy_from(&contact.arm.cross_matrix());
-        gram += map * map.transpose();
-    }
-    let mut eigenvalues: Vec<f64> = gram.symmetric_eigenvalues().iter().copied().collect();
-    eigenvalues.sort_by(f64::total_cmp);
-    (eigenvalues[0] - test.rank_epsilon).abs() > 1e-3
-        && (eigenvalues[0] > test.rank_epsilon || eigenvalues[1] - eigenvalues[0] > 1e-2)
-        && net_wrench(&contacts) > 1e-2
-        && answers
-            .iter()
-            .all(|(distance, gradient)| distance.abs() > 1e-4 && gradient.norm() > 0.1)
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
-
-    #[test]
-    fn relaxed_force_closure_has_the_derivative_of_its_value(points in prop::array::uniform6(points_near())) {
-        const STEP_M: f64 = 1e-6;
-        for ((name, shape), (count, test)) in shapes().into_iter().flat_map(|shape| {
-            relaxed_tests().into_iter().map(move |test| (shape, test))
-        }) {
-            let points = &points[..count];
-            let smooth = points.iter().all(|point| is_smooth(shape, point, STEP_M));
-            if !smooth || !has_derivative(&test, shape, points) {
-                continue;
-            }
-            let mut touches: Vec<Touch> = points.iter().copied().map(Touch::at).collect();
-            let value = test.value_and_forces(shape, &mut touches);
-            prop_assert!((value - test.value(shape, points)).abs() < 1e-9 * (1.0 + value), "{name}");
-            for (index, touch) in touches.iter().enumerate() {
-                let central = Vector3::from_fn(|axis, _| {
-                    let at = |step: f64| {
-                        let mut moved = points.to_vec();
-                        moved[index][axis] += step;
-                        test.value(shape, &moved)
-                    };
-                    // Of fourth order: where a slope is shallow the normal turns so fast that the second order is off.
-                    (8.0 * (at(STEP_M) - at(-STEP_M)) - (at(2.0 * STEP_M) - at(-2.0 * STEP_M)))
-                        / (12.0 * STEP_M)
-                });
-                let difference = (central - touch.force).norm();
-                let scale = touch.force.norm().max(1.0 / test.unit_m);
-                prop_assert!(difference < 1e-4 * scale, "{name}, {count} points: off by {difference:e} of {scale}");
-            }
-        }
-    }
-}
-
-#[test]
-fn the_derivative_tests_reach_both_sides_of_the_rank_condition() {
-    let mut rng = stream(0, Task::Start, 0);
-    let [mut active, mut inactive] = [0, 0];
-    for _ in 0..200 {
-        let points: [Vector3<f64>; 6] =
-            std::array::from_fn(|_| Vector3::from_fn(|_, _| rng.random_range(-0.1..0.1)));
-        for (count, test) in relaxed_tests() {
-            let without = RelaxedForceClosure {
-                rank_weight: 0.0,
-                ..test
-            };
-            let [with, without] =
-                [test, without].map(|test| test.value(&*SPHERE, &points[..count]));
-            if with > without {
-                active += 1;
-            } else {
-                inactive += 1;
-            }
-        }
-    }
-    assert!(active > 200 && inactive > 200, "{active} {inactive}");
 }
 
 #[test]

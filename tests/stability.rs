@@ -127,24 +127,6 @@ fn a_finger_that_does_not_touch_does_not_push() {
 }
 
 #[test]
-fn a_ball_in_an_open_cup_stays() {
-    let (ball, centre, radius_m) = ball();
-    let mut world = World::new(&ball, 0.06, DOWN, 0.25, &Solver::default());
-    let (r, gap, floor) = (radius_m, 0.002, 0.002);
-    let [x, y, z] = [centre.x, centre.y, centre.z];
-    world.fix(&wall([x, y, z - r - floor - 0.01], [0.1, 0.1, 0.01]));
-    for sign in [-1.0, 1.0] {
-        let away = sign * (r + gap + 0.01);
-        world.fix(&wall([x + away, y, z], [0.01, 0.1, r]));
-        world.fix(&wall([x, y + away, z], [0.1, 0.01, r]));
-    }
-    run(&mut world, 4);
-    let (way, _) = world.motion();
-    assert!((way.z + floor).abs() < 5e-4, "the ball moved by {way}");
-    assert!(way.xy().norm() < 2.0 * gap, "the ball moved by {way}");
-}
-
-#[test]
 fn a_ball_between_two_slippery_fingers_drops() {
     let (ball, centre, radius_m) = ball();
     let drop_with = |coefficient| {
@@ -189,48 +171,6 @@ fn a_block_between_pads_slips_below_the_analytic_friction_and_holds_above() {
     assert!(above < 0.002, "with enough friction it sinks {above} m");
 }
 
-#[test]
-fn nothing_stirs_at_rest() {
-    let block = block([0.03, 0.02, 0.04]);
-    let solver = Solver::default();
-    let mut world = World::new(&block, 0.2, DOWN, 0.5, &solver);
-    world.fix(&wall([0.0, 0.0, -0.05], [0.2, 0.2, 0.01]));
-    run(&mut world, 1);
-    let stir = |world: &World| {
-        let [velocity, turning] = world.velocity();
-        velocity.norm() + 0.04 * turning.norm()
-    };
-    let early = (0..60).fold(0.0f64, |most, _| {
-        world.step();
-        most.max(stir(&world))
-    });
-    run(&mut world, 5);
-    let late = (0..60).fold(0.0f64, |most, _| {
-        world.step();
-        most.max(stir(&world))
-    });
-    assert!(early < 1e-3, "{early} m/s after settling");
-    assert!(
-        late <= early.max(1e-6),
-        "{late} m/s later, {early} m/s before"
-    );
-}
-
-#[test]
-fn a_free_body_keeps_its_momentum() {
-    let block = block([0.03, 0.02, 0.04]);
-    let solver = Solver::default();
-    let mut world = World::new(&block, 0.2, [0.0; 3], 0.5, &solver);
-    world.push_object(&Vector3::new(0.1, 0.0, -0.2));
-    steps(&mut world, 30);
-    let expected = Vector3::new(0.1, 0.0, -0.2) * (30.0 * solver.time_step_s / 0.2);
-    assert!((world.velocity()[0] - expected).norm() < 1e-9);
-    world.push_object(&Vector3::zeros());
-    steps(&mut world, 300);
-    assert!((world.velocity()[0] - expected).norm() < 1e-9);
-    assert!(world.velocity()[1].norm() < 1e-12);
-}
-
 /// An object at rest stays at rest: the omitted steps change no outcome, and the object would not have moved in them. The
 /// grasps are of three kinds of end: held, fallen at once, and fallen late.
 #[test]
@@ -261,27 +201,6 @@ fn the_end_at_rest_is_the_end_of_the_last_step() {
         held += usize::from(early.is_stable());
     }
     assert!(held > 0 && held < grasps.len(), "{held} held");
-}
-
-#[test]
-fn a_forked_world_goes_on_like_the_first() {
-    let block = block([0.03, 0.02, 0.04]);
-    let solver = Solver::default();
-    let mut world = World::new(&block, 0.2, DOWN, 0.5, &solver);
-    world.fix(&wall([0.0, 0.0, -0.05], [0.2, 0.2, 0.01]));
-    steps(&mut world, 30);
-    world.push_object(&Vector3::new(0.9, 0.1, 0.0));
-    let mut fork = world.fork();
-    let poses = [&mut world, &mut fork].map(|world| {
-        steps(world, 60);
-        world.object_pose()
-    });
-    assert_eq!(poses[0], poses[1]);
-    // Another force acts on the fork alone.
-    fork.push_object(&Vector3::new(0.0, -1.5, 0.0));
-    steps(&mut fork, 60);
-    assert_eq!(world.object_pose(), poses[0]);
-    assert_ne!(fork.object_pose(), poses[0]);
 }
 
 #[test]
@@ -330,30 +249,6 @@ fn an_object_beside_the_hand_falls_or_is_pushed_away() {
     assert_eq!(outcome(Protocol::Drop(Drop::default())), Reason::Fell);
     let pushed = outcome(Protocol::SixDirections(SixDirections::default()));
     assert_eq!(pushed, Reason::Moved);
-}
-
-#[test]
-fn pieces_fit_the_mesh_they_were_cut_from() {
-    let (mesh, _) = Object::parts_of_named("bottle_medicine").unwrap();
-    let solid = Solid::new(&mesh, Build::Pieces);
-    let fit = solid.fit();
-    assert!(fit.pieces > 1 && fit.pieces == solid.pieces().len());
-    assert!(fit.volume_error.abs() < 0.03, "{fit:?}");
-    assert!(fit.filled_m < 1e-3 && fit.cut_m < 1e-4, "{fit:?}");
-    assert!((solid.centre() - mesh.centroid()).norm() < 1e-6);
-}
-
-/// A thin body that is cut into pieces loses a fifth of its volume to the gaps between them.
-#[test]
-fn a_convex_body_is_one_piece() {
-    for name in ["pen", "box", "ball"] {
-        let (mesh, _) = Object::parts_of_named(name).unwrap();
-        let solid = Solid::new(&mesh, Build::Pieces);
-        let fit = solid.fit();
-        assert_eq!(fit.pieces, 1, "{name}");
-        assert!(fit.volume_error.abs() < 0.01, "{name} {fit:?}");
-        assert!(fit.filled_m < 1e-4 && fit.cut_m < 1e-6, "{name} {fit:?}");
-    }
 }
 
 #[test]

@@ -4,13 +4,14 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::path::Path;
+use std::process::Stdio;
 use std::time::Duration;
 
+use crate::desk::{Desk, assert_says, failure};
 use crate::folder::names;
+use crate::table::rows;
 use landscape::store::{LandscapeFiles, StationaryRow};
-use tempfile::TempDir;
 
 #[path = "surface/adelm.rs"]
 mod adelm;
@@ -23,53 +24,42 @@ mod extent;
 #[path = "surface/programs.rs"]
 mod programs;
 
-/// A folder to work in.
-struct Desk {
-    folder: TempDir,
-}
-
 impl Desk {
-    fn new() -> Self {
-        Self {
-            folder: TempDir::new().unwrap(),
-        }
+    /// What a search that must succeed prints.
+    fn mapped(&self, line: &str) -> String {
+        self.print(&format!("surface {line}"))
     }
 
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_landscape"));
-        command
-            .arg("surface")
-            .args(arguments)
-            .current_dir(self.folder.path());
-        command
-    }
-
-    fn run(&self, arguments: &[&str]) -> Output {
-        self.command(arguments).output().unwrap()
-    }
-
-    fn succeed(&self, arguments: &[&str]) -> String {
-        let output = self.run(arguments);
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.success(), "{arguments:?}: {said}");
-        String::from_utf8(output.stdout).unwrap()
+    /// Runs a command that must fail and returns its standard error.
+    fn failure(&self, line: &str) -> String {
+        failure(&self.run(line), line)
     }
 
     /// The message of a mistake that leaves no files.
-    fn mistake(&self, arguments: &[&str]) -> String {
+    fn unmapped(&self, line: &str) -> String {
         let before = names(self.folder.path());
-        let output = self.run(arguments);
-        let said = String::from_utf8(output.stderr).unwrap();
-        let usage = said.contains("For more information, try '--help'");
-        let code = if usage { 2 } else { 1 };
-        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
-        assert!(!said.contains("panicked"), "{said}");
-        assert_eq!(names(self.folder.path()), before, "{arguments:?}");
+        let said = self.failure(&format!("surface {line}"));
+        assert_eq!(names(self.folder.path()), before, "{line}");
         said
+    }
+
+    fn stationary(&self, name: &str) -> Vec<StationaryRow> {
+        StationaryRow::read(&self.path(name)).unwrap()
+    }
+
+    /// Kills a search as soon as its journal in `cut.partial` contains these bytes.
+    fn kill_at(&self, line: &str, record: &[u8]) {
+        let mut child = self.command(&format!("surface {line}"));
+        let mut child = child.stderr(Stdio::null()).spawn().unwrap();
+        let journal = self.path("cut.partial/journal");
+        let began = |bytes: Vec<u8>| bytes.windows(record.len()).any(|part| part == record);
+        while !fs::read(&journal).is_ok_and(began) {
+            let ended = child.try_wait().unwrap();
+            assert_eq!(ended, None, "ended before it was killed");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        child.kill().unwrap();
+        assert!(!child.wait().unwrap().success());
     }
 }
 
@@ -85,41 +75,18 @@ fn promised(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 
 #[test]
 fn a_model_is_mapped() {
-    let desk = Desk::new();
-    let text = desk.succeed(&["lj", "6", "--threads", "1"]);
-    assert!(
-        text.contains("**2 minima** and **3 saddles**, 2 of which join two copies"),
-        "{text}"
+    let desk = Desk::empty();
+    let text = desk.mapped("lj 6 --threads 1");
+    assert_says(
+        &text,
+        &["**2 minima** and **3 saddles**, 2 of which join two copies"],
     );
     assert_eq!(names(desk.folder.path()), ["lj-6.landscape"]);
     let folder = desk.path("lj-6.landscape");
-    assert_eq!(
-        names(&folder),
-        [
-            "barriers.graphml",
-            "barriers.png",
-            "barriers.svg",
-            "disconnectivity.png",
-            "disconnectivity.svg",
-            "edges.parquet",
-            "landscape.json",
-            "min.data",
-            "minima.parquet",
-            "paths.parquet",
-            "points.min",
-            "points.ts",
-            "rarefaction.png",
-            "rarefaction.svg",
-            "report.html",
-            "stationary.parquet",
-            "summary.md",
-            "timings.json",
-            "tree.dot",
-            "tree.json",
-            "tree.nwk",
-            "ts.data"
-        ]
-    );
+    let written = "barriers.graphml barriers.png barriers.svg disconnectivity.png disconnectivity.svg edges.parquet \
+                   landscape.json min.data minima.parquet paths.parquet points.min points.ts rarefaction.png rarefaction.svg \
+                   report.html stationary.parquet summary.md timings.json tree.dot tree.json tree.nwk ts.data";
+    assert_eq!(names(&folder).join(" "), written);
     let files = LandscapeFiles::read(&folder).unwrap();
     assert_eq!((files.minima.len(), files.edges.len()), (2, 1));
     assert!((files.edges[0].height.unwrap() + 12.079031).abs() < 1e-5);
@@ -141,109 +108,59 @@ fn a_model_is_mapped() {
             .all(|row| row.curvatures.len() == 12 && row.verdict == "sound")
     );
     // Another number of threads, the same bytes.
-    desk.succeed(&["lj", "6", "--threads", "3", "-o", "again.landscape"]);
+    desk.mapped("lj 6 --threads 3 -o again.landscape");
     assert_eq!(promised(&folder), promised(&desk.path("again.landscape")));
 }
 
 #[test]
-fn paths_may_be_bands() {
-    let desk = Desk::new();
-    let text = desk.succeed(&["muller-brown", "--paths", "band", "-o", "bands"]);
-    assert!(text.contains("--paths band"), "{text}");
-    let manifest = LandscapeFiles::read(&desk.path("bands")).unwrap().manifest;
-    assert_eq!(manifest.settings["paths"], "band");
-    let said = desk.run(&["muller-brown", "--paths", "rope"]).stderr;
-    assert!(String::from_utf8(said).unwrap().contains("string, band"));
-}
-
-#[test]
 fn a_single_minimum_makes_a_landscape_too() {
-    let desk = Desk::new();
-    let text = desk.succeed(&["lj", "4", "-q", "-o", "four"]);
+    let desk = Desk::empty();
+    let text = desk.mapped("lj 4 -q -o four");
     assert!(text.is_empty());
-    let summary = fs::read_to_string(desk.path("four/summary.md")).unwrap();
-    assert!(
-        summary.contains("**1 minimum** and **1 saddle**"),
-        "{summary}"
-    );
+    let summary = desk.text("four/summary.md");
+    assert_says(&summary, &["**1 minimum** and **1 saddle**"]);
 }
 
 #[test]
 fn an_interrupted_search_continues() {
-    let desk = Desk::new();
-    let arguments = ["lj", "7", "-q", "--threads", "1", "--patience", "60"];
-    desk.succeed(&[&arguments[..], &["-o", "whole"]].concat());
-    let arguments = [&arguments[..], &["-o", "cut"]].concat();
-    let mut child = desk
-        .command(&arguments)
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let journal = desk.path("cut.partial/journal");
-    while fs::metadata(&journal).map_or(0, |file| file.len()) < 20_000 {
-        assert_eq!(
-            child.try_wait().unwrap(),
-            None,
-            "ended before it was killed"
-        );
-        std::thread::sleep(Duration::from_millis(1));
-    }
-    child.kill().unwrap();
-    assert!(!child.wait().unwrap().success());
-    desk.succeed(&arguments);
+    let desk = Desk::empty();
+    let search = "lj 7 -q --threads 1 --patience 60 -o";
+    desk.mapped(&format!("{search} whole"));
+    let cut = format!("{search} cut");
+    desk.kill_at(&cut, b"search/1");
+    desk.mapped(&cut);
     assert_eq!(promised(&desk.path("whole")), promised(&desk.path("cut")));
 }
 
 #[test]
 fn mistakes_are_told() {
-    let desk = Desk::new();
-    for (arguments, part) in [
-        (
-            &["ising"][..],
-            "no model is called `ising`; the models are muller-brown",
-        ),
-        (&["lj", "seven"], "write `lj N`"),
-        (&["lj", "7", "--patience", "0"], "--patience 0"),
-        (&["lj", "7", "--region=-1:1"], "has 21 coordinates, not 1"),
-        (&["muller-brown", "--region=-1:1,2"], "`2` is not low:high"),
-        (
-            &["muller-brown", "-o", "no/where"],
-            "the folder no does not exist",
-        ),
-        (&["--command", "cat"], "--region"),
-        (
-            &["--command", "cat", "--region=0:1x9", "--elements", "Ar3"],
-            "give `--coordinates atoms`",
-        ),
-        (
-            &[
-                "--command",
-                "cat",
-                "--region=0:1x9",
-                "--coordinates",
-                "atoms",
-                "--elements",
-                "Ar2",
-            ],
-            "9 coordinates for 2 atoms",
-        ),
-        (&["lj", "7", "--elements", "Ar7"], "--command"),
-        (&[], "MODEL"),
-    ] {
-        let said = desk.mistake(arguments);
-        assert!(said.contains(part), "`{part}` is missing in: {said}");
+    let desk = Desk::empty();
+    let cases = "
+        ising | no model is called `ising`; the models are muller-brown
+        lj seven | write `lj N`
+        lj 7 --patience 0 | --patience 0
+        lj 7 --region=-1:1 | has 21 coordinates, not 1
+        muller-brown --region=-1:1,2 | `2` is not low:high
+        muller-brown -o no/where | the folder no does not exist
+        --command cat | --region
+        --command cat --region=0:1x9 --elements Ar3 | give `--coordinates atoms`
+        --command cat --region=0:1x9 --coordinates atoms --elements Ar2 | 9 coordinates for 2 atoms
+        lj 7 --elements Ar7 | --command
+    ";
+    for case in rows(cases) {
+        assert_says(&desk.unmapped(case[0]), &case[1..]);
     }
+    assert!(desk.unmapped("").contains("MODEL"));
 }
 
 #[test]
 fn the_help_teaches() {
-    let text = String::from_utf8(Desk::new().run(&["--help"]).stdout).unwrap();
-    for part in [
+    let text = Desk::empty().print("surface --help");
+    let parts = [
         "muller-brown",
         "lj N",
         "{\"x\": [0.5, -1.25]}",
         "stationary.parquet",
-    ] {
-        assert!(text.contains(part), "`{part}` is missing in: {text}");
-    }
+    ];
+    assert_says(&text, &parts);
 }

@@ -6,6 +6,7 @@ use std::fs;
 use serde_json::Value;
 
 use crate::desk::{Desk, assert_says};
+use crate::table::rows;
 
 /// The published network of `tests/kinetics.rs` as files of PATHSAMPLE, and its two sets as names and as `min.a` and `min.b`.
 fn published(desk: &Desk) -> [String; 2] {
@@ -49,12 +50,10 @@ fn published(desk: &Desk) -> [String; 2] {
 fn sets_are_read_from_files_of_pathsample() {
     let desk = Desk::empty();
     let [a, b] = published(&desk);
-    assert!(desk.run("import published --no-report -q").status.success());
+    desk.succeed("import published --no-report -q");
     let rates = |folder: &str, from: &str, to: &str| {
         let line = format!("rates {folder} --from {from} --to {to} --temperature 1 --json");
-        let output = desk.run(&line);
-        assert!(output.status.success(), "{output:?}");
-        let mut found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let mut found = desk.document(&line);
         found["landscape"].take();
         found
     };
@@ -64,18 +63,17 @@ fn sets_are_read_from_files_of_pathsample() {
         assert_eq!(by_file, by_name, "{folder}");
     }
     // The answer tells both numbers.
-    let file = fs::read_to_string(desk.path("published/min.a")).unwrap();
+    let file = desk.text("published/min.a");
     let number = file.split_whitespace().nth(1).unwrap();
     let numbers = by_name["numbers_in_min_data"].as_array().unwrap();
     let target = numbers.iter().position(|k| format!("{k}") == number);
     let said =
-        desk.run("rates published --from published/min.b --to published/min.a --temperature 1");
-    let said = String::from_utf8(said.stdout).unwrap();
+        desk.print("rates published --from published/min.b --to published/min.a --temperature 1");
     assert_says(&said, &[&format!("m{} is {number}", target.unwrap())]);
-    fs::write(desk.path("far"), "1\n33\n").unwrap();
-    fs::write(desk.path("few"), "3\n1\n2\n").unwrap();
-    fs::write(desk.path("one"), "2\n1\n").unwrap();
-    fs::write(desk.path("binary"), [0xff, 0xfe, 0x00]).unwrap();
+    desk.write("far", "1\n33\n");
+    desk.write("few", "3\n1\n2\n");
+    desk.write("one", "2\n1\n");
+    desk.write("binary", [0xff, 0xfe, 0x00]);
     for (file, said) in [
         ("far", "minimum 33 does not exist: min.data lists 32 minima"),
         ("few", "says 3 minima, and 2 numbers follow"),
@@ -93,7 +91,7 @@ fn sets_are_read_from_files_of_pathsample() {
 #[test]
 fn a_deep_tree_of_many_minima_is_finished() {
     let desk = Desk::empty();
-    let count = 100_000;
+    let count = 20_000;
     let (mut min, mut ts) = (String::new(), String::new());
     for k in 0..count {
         let energy = if k == 0 {
@@ -108,11 +106,10 @@ fn a_deep_tree_of_many_minima_is_finished() {
         }
     }
     fs::create_dir(desk.path("deep")).unwrap();
-    fs::write(desk.path("deep/min.data"), min).unwrap();
-    fs::write(desk.path("deep/ts.data"), ts).unwrap();
-    let output = desk.run("thermodynamics deep -q");
-    assert!(output.status.success(), "{output:?}");
-    let table = fs::read_to_string(desk.path("deep.thermodynamics/superbasins.csv")).unwrap();
+    desk.write("deep/min.data", min);
+    desk.write("deep/ts.data", ts);
+    desk.succeed("thermodynamics deep -q");
+    let table = desk.text("deep.thermodynamics/superbasins.csv");
     let last = table.lines().last().unwrap();
     assert!(last.ends_with(",1"), "{last}");
 }
@@ -122,9 +119,7 @@ fn rates_of_a_published_network() {
     let desk = Desk::empty();
     let [a, b] = published(&desk);
     let line = format!("rates published --from {b} --to {a} --temperature 1,0.1 -o there");
-    let output = desk.run(&line);
-    assert!(output.status.success(), "{output:?}");
-    let said = String::from_utf8(output.stdout).unwrap();
+    let said = desk.print(&line);
     assert_says(
         &said,
         &[
@@ -135,7 +130,7 @@ fn rates_of_a_published_network() {
             "Fastest pathways at kT = 0.1",
         ],
     );
-    let found: Value = serde_json::from_slice(&fs::read(desk.path("there.json")).unwrap()).unwrap();
+    let found = desk.json("there.json");
     let time = -found["at"][0]["forward"]["log_inverse_mean_time"]
         .as_f64()
         .unwrap();
@@ -144,12 +139,10 @@ fn rates_of_a_published_network() {
         assert!(desk.path(file).is_file(), "{file}");
     }
     // Nothing of these files was verified, nor was it by an import.
-    let imported = desk.run("import published --no-report -q");
-    assert!(imported.status.success(), "{imported:?}");
+    desk.succeed("import published --no-report -q");
     for folder in ["published", "published.landscape"] {
-        let output = desk.run(&format!("thermodynamics {folder} --json -o {folder}.there"));
-        let found: Value = serde_json::from_slice(&output.stdout).unwrap();
-        assert_eq!(found["funnels"]["evidence"], "given", "{output:?}");
+        let found = desk.document(&format!("thermodynamics {folder} --json -o {folder}.there"));
+        assert_eq!(found["funnels"]["evidence"], "given");
     }
     // Friction slows everything down, but needs curvatures that PATHSAMPLE's files do not hold.
     let said = desk.mistake(&format!(
@@ -161,14 +154,9 @@ fn rates_of_a_published_network() {
 #[test]
 fn thermodynamics_of_a_surface() {
     let desk = Desk::empty();
-    assert!(
-        desk.run("surface muller-brown --no-report -q")
-            .status
-            .success()
-    );
-    let output = desk.run("thermodynamics muller-brown.landscape --temperatures 5:60x40 --json");
-    assert!(output.status.success(), "{output:?}");
-    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    desk.succeed("surface muller-brown --no-report -q");
+    let found =
+        desk.document("thermodynamics muller-brown.landscape --temperatures 5:60x40 --json");
     assert_eq!(found["vibrational_modes"], 2);
     assert_eq!(found["funnels"]["evidence"], "saddle");
     let curves = found["curves"].as_array().unwrap();
@@ -187,12 +175,7 @@ fn thermodynamics_of_a_surface() {
         .sum();
     assert!((total - 1.0).abs() < 1e-12);
     let folder = desk.path("muller-brown.thermodynamics");
-    for file in [
-        "thermodynamics.csv",
-        "thermodynamics.png",
-        "disconnectivity.svg",
-        "summary.md",
-    ] {
+    for file in "thermodynamics.csv thermodynamics.png disconnectivity.svg summary.md".split(' ') {
         assert!(folder.join(file).is_file(), "{file}");
     }
     let tree = fs::read_to_string(folder.join("tree.json")).unwrap();
@@ -209,9 +192,7 @@ fn thermodynamics_of_a_surface() {
 
     let there = "rates muller-brown.landscape --from m1 --to m0 --temperature 10 --json";
     let rate = |line: &str| {
-        let output = desk.run(line);
-        assert!(output.status.success(), "{output:?}");
-        let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let found = desk.document(line);
         found["at"][0]["forward"]["log_first_passage_rate"]
             .as_f64()
             .unwrap()
@@ -223,8 +204,7 @@ fn thermodynamics_of_a_surface() {
 #[test]
 fn min_data_and_ts_data_alone_give_the_rates_of_one_coordinate() {
     let desk = Desk::empty();
-    let made = desk.run("surface double-well 1 0.4 --no-report -q -o line.landscape");
-    assert!(made.status.success(), "{made:?}");
+    desk.succeed("surface double-well 1 0.4 --no-report -q -o line.landscape");
     let folder = desk.path("copied");
     fs::create_dir(&folder).unwrap();
     for name in ["min.data", "ts.data"] {
@@ -232,9 +212,7 @@ fn min_data_and_ts_data_alone_give_the_rates_of_one_coordinate() {
     }
     let rate = |folder: &str| {
         let line = format!("rates {folder} --from m1 --to m0 --temperature 0.1 --json");
-        let output = desk.run(&line);
-        assert!(output.status.success(), "{output:?}");
-        let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let found = desk.document(&line);
         found["at"][0]["forward"]["log_first_passage_rate"]
             .as_f64()
             .unwrap()
@@ -263,9 +241,7 @@ fn what_was_changed_in_files_is_told() {
         "rates rounded --from m1 --to m0 --temperature 0.1",
         "thermodynamics rounded",
     ] {
-        let output = desk.run(line);
-        assert!(output.status.success(), "{output:?}");
-        let said = String::from_utf8(output.stdout).unwrap();
+        let said = desk.print(line);
         assert_says(&said, &["ts.data has more columns", "were raised to it"]);
     }
 }
@@ -274,14 +250,8 @@ fn what_was_changed_in_files_is_told() {
 #[test]
 fn equal_minima_give_usual_temperatures_and_no_frustration() {
     let desk = Desk::empty();
-    assert!(
-        desk.run("surface double-well 2 --no-report -q -o two.landscape")
-            .status
-            .success()
-    );
-    let output = desk.run("thermodynamics two.landscape --json");
-    assert!(output.status.success(), "{output:?}");
-    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    desk.succeed("surface double-well 2 --no-report -q -o two.landscape");
+    let found = desk.document("thermodynamics two.landscape --json");
     for at in found["curves"].as_array().unwrap() {
         assert!(at["temperature"].as_f64().unwrap() > 1e-4, "{at}");
         let frustration = at["frustration"].as_f64().unwrap_or(1.0);
@@ -293,47 +263,21 @@ fn equal_minima_give_usual_temperatures_and_no_frustration() {
 fn mistakes_are_told() {
     let desk = Desk::empty();
     let [a, b] = published(&desk);
-    let cases = [
-        (
-            "rates nowhere --from m0 --to m1 --temperature 1".to_owned(),
-            "nowhere",
-        ),
-        (
-            format!("rates published --from {a} --to m99 --temperature 1"),
-            "m0 to m31",
-        ),
-        (
-            format!("rates published --from {a} --to g99 --temperature 1"),
-            "g0 to",
-        ),
-        (
-            format!("rates published --from {a} --to x --temperature 1"),
-            "m0,m3,g1",
-        ),
-        (
-            format!("rates published --from {a} --to {a} --temperature 1"),
-            "both in --from and in --to",
-        ),
-        (
-            format!("rates published --from {a} --to {b} --temperature 0"),
-            "above 0",
-        ),
-        (
-            format!("rates published --from {a} --to {b} --temperature 1 --friction=-1"),
-            "0 or more",
-        ),
-        (
-            "thermodynamics published --temperatures 1:2".to_owned(),
-            "LOW:HIGHxN",
-        ),
-        (
-            "thermodynamics published --free-energy-at 0".to_owned(),
-            "above 0",
-        ),
-        ("thermodynamics published/min.data".to_owned(), "is a file"),
-    ];
-    for (line, said) in cases {
-        assert_says(&desk.mistake(&line), &[said]);
+    let cases = "
+        rates nowhere --from m0 --to m1 --temperature 1 | nowhere
+        rates published --from {a} --to m99 --temperature 1 | m0 to m31
+        rates published --from {a} --to g99 --temperature 1 | g0 to
+        rates published --from {a} --to x --temperature 1 | m0,m3,g1
+        rates published --from {a} --to {a} --temperature 1 | both in --from and in --to
+        rates published --from {a} --to {b} --temperature 0 | above 0
+        rates published --from {a} --to {b} --temperature 1 --friction=-1 | 0 or more
+        thermodynamics published --temperatures 1:2 | LOW:HIGHxN
+        thermodynamics published --free-energy-at 0 | above 0
+        thermodynamics published/min.data | is a file
+    ";
+    for case in rows(cases) {
+        let line = case[0].replace("{a}", &a).replace("{b}", &b);
+        assert_says(&desk.mistake(&line), &case[1..]);
     }
     // Files without curvatures, and islands.
     let folder = desk.path("bare");
@@ -353,42 +297,5 @@ fn mistakes_are_told() {
     let said = desk.mistake("rates bare --from m1 --to m0 --temperature 1");
     assert_says(&said, &["no sequence of transition states leads from m1"]);
     assert_eq!(said.matches("no sequence").count(), 1, "{said}");
-    assert!(desk.run("thermodynamics bare").status.success());
-}
-
-/// A long elimination was silent. Its cost is told before the costly part begins.
-#[test]
-fn a_long_elimination_tells_its_cost_and_its_progress() {
-    use std::sync::Mutex;
-
-    use landscape::thermal::{Core, RateNetwork, Watching};
-
-    let states = 300;
-    let weight = |state: usize| 0.01 * ((state * 37) % 100) as f64;
-    let mut log_rates = Vec::new();
-    for a in 0..states {
-        for b in a + 1..states {
-            let log_flow = libm::log(0.1 + ((a * 31 + b * 17) % 23) as f64);
-            log_rates.push((a, b, log_flow - weight(a)));
-            log_rates.push((b, a, log_flow - weight(b)));
-        }
-    }
-    let weights: Vec<f64> = (0..states).map(weight).collect();
-    let network = RateNetwork::from_log_rates(states, &log_rates, &weights);
-    let (cores, done) = (Mutex::new(Vec::<Core>::new()), Mutex::new(Vec::new()));
-    let watching = Watching {
-        progress: &|news| done.lock().unwrap().push((news.done, news.total)),
-        core: &|core| cores.lock().unwrap().push(core),
-    };
-    let between = network.between_watched(&[0], &[1], &watching);
-    let [core] = cores.into_inner().unwrap()[..] else {
-        panic!("one core")
-    };
-    assert_eq!(core.states, states);
-    assert!(core.seconds > 0.0 && !core.at_least && core.bytes >= 8.0 * 300.0 * 300.0);
-    assert_eq!(done.into_inner().unwrap().last(), Some(&(298, 298)));
-    // With all others eliminated, p(0) k(0 → 1) = p(1) k(1 → 0).
-    let [there, back] = [between.forward.unwrap(), between.backward.unwrap()];
-    let balance = weight(0) + there.steady_state - weight(1) - back.steady_state;
-    assert!(balance.abs() < 1e-10, "{balance}");
+    desk.succeed("thermodynamics bare");
 }

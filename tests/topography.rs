@@ -8,15 +8,17 @@ mod gradients;
 mod growing;
 mod kinetics;
 mod lennard_jones;
-mod models;
 mod muller_brown;
 mod odd_energies;
 mod paths;
 mod pruning;
+mod random_surfaces;
 #[path = "../analysis/roc.rs"]
 mod roc;
 mod saddles;
+mod sampler;
 mod sequential;
 mod spaces;
+mod units;
 #[path = "../analysis/completeness/waves.rs"]
 mod waves;

@@ -6,14 +6,16 @@
 
 #[path = "../../tests/taxonomy/fixture.rs"]
 mod fixture;
-#[expect(dead_code, reason = "only tests judge widened fixtures")]
-#[path = "../../tests/taxonomy/judge.rs"]
 mod judge;
-#[path = "../../tests/taxonomy/widened.rs"]
-mod widened;
-
 mod picture;
 mod report;
+#[expect(
+    dead_code,
+    reason = "what only `pose_fixtures` calls makes widened fixtures"
+)]
+mod widened;
+
+use std::path::PathBuf;
 
 use judge::{Error, Noise, Outcome};
 use landscape::evaluation::taxonomy::{Rule, explain};

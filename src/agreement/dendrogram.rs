@@ -245,23 +245,4 @@ mod tests {
         assert_eq!(tree.joined().unknown(), 4);
         assert_eq!(tree.cuts()[0], [0, 0, 1, 1]);
     }
-
-    #[test]
-    fn names_of_classes_and_order_of_cases_do_not_matter() {
-        let heights = PairMatrix::from_fn(9, |i, j| ((i * 7 + j * 13 + i * j) % 17) as f64);
-        let labels = [0, 1, 2, 0, 1, 2, 0, 0, 1];
-        let ones = [1.0; 9];
-        let tree = Dendrogram::new(&heights);
-        let joined = tree.joined();
-        for (i, k, outer) in joined.pairs() {
-            let between = (0..9).filter(|&j| j != i && j != k);
-            let highest = between.map(|j| joined.get(i, j).max(joined.get(j, k)));
-            assert!(highest.fold(f64::INFINITY, f64::min) >= outer);
-        }
-        let purity = tree.purity(&labels, &ones);
-        let order = [4, 2, 8, 0, 1, 7, 3, 6, 5];
-        let turned = Dendrogram::new(&heights.chosen(&order, f64::NAN));
-        let names: Vec<usize> = order.iter().map(|&i| 2 - labels[i]).collect();
-        assert!((turned.purity(&names, &ones) - purity).abs() < 1e-14);
-    }
 }

@@ -6,7 +6,7 @@ use clap::{Args, ValueHint};
 use super::provenance::Provenance;
 use crate::limits::{Limit, THREADS};
 use crate::printable::numbered;
-use crate::topography::{GroupSettings, MinimumId, PairSearch, PathMethod};
+use crate::topography::{GroupSettings, MinimumId, PairSearch};
 
 /// Flags of every subcommand.
 #[derive(Debug, Args)]
@@ -138,25 +138,6 @@ pub(super) enum LogFormat {
     Text,
     /// One JSON document in each line; docs/scripts.md describes them.
     Json,
-}
-
-/// Relaxation method of paths.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
-pub(super) enum Paths {
-    /// A string, whose images are redistributed at even distances.
-    #[default]
-    String,
-    /// A nudged elastic band whose highest image climbs.
-    Band,
-}
-
-impl From<Paths> for PathMethod {
-    fn from(paths: Paths) -> Self {
-        match paths {
-            Paths::String => Self::String,
-            Paths::Band => Self::Band,
-        }
-    }
 }
 
 /// Rejects the value of a flag that is beyond its limit.

@@ -6,9 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 
-use super::args::{
-    Again, Common, GroupBarrier, HandAndObject, Paths, WithPage, pair_named, within,
-};
+use super::args::{Again, Common, GroupBarrier, HandAndObject, WithPage, pair_named, within};
 use super::input;
 use super::output::{check_inputs, check_place};
 use super::provenance::name_of;
@@ -45,9 +43,6 @@ pub(super) struct Build {
     /// Force F = αT of attraction–diffusion, energy per metre; by default the best of a few that are tried on some pairs.
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub(super) pull: Option<f64>,
-    /// Relaxation method of paths; `string` by default.
-    #[arg(long, value_enum)]
-    paths: Option<Paths>,
     /// File (TOML) with any of the settings that `landscape config build` prints. Flags override it.
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     config: Option<PathBuf>,
@@ -57,7 +52,7 @@ pub(super) struct Build {
     /// Add the grasps to this finished landscape, with its settings, and do only what is new. Grasps that it contains already
     /// are skipped. Without --output a new folder is named after the file; the old landscape stays as it is.
     #[arg(long, value_name = "LANDSCAPE", value_hint = clap::ValueHint::AnyPath, conflicts_with_all = [
-        "neighbours", "temperature", "pull", "paths", "config", "search", "seed",
+        "neighbours", "temperature", "pull", "config", "search", "seed",
     ])]
     onto: Option<PathBuf>,
     /// Spend more on two minima of the landscape of --onto, as it names them (m3, m17): 40 further searches for a lower way
@@ -258,7 +253,6 @@ fn settings(
     let map = &mut settings.map;
     map.seed = command.seed.unwrap_or(map.seed);
     map.neighbours = command.neighbours.unwrap_or(map.neighbours);
-    map.path.method = command.paths.map_or(map.path.method, Into::into);
     map.groups.barrier = command.groups.group_barrier.or(map.groups.barrier);
     let search = command.search.map_or(settings.search, Into::into);
     if search == MapSearch::Adelm {

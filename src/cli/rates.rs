@@ -3,20 +3,17 @@
 use std::fs;
 use std::io::ErrorKind;
 use std::path::PathBuf;
-use std::time::Duration;
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 
 use super::args::{Common, GroupBarrier};
 use super::output::{check_report, write_report};
-use super::progress::spelled;
 use super::run::Watch;
 use super::thermodynamics::check_temperature;
-use crate::cli::printing::complain;
-use crate::printable::{counted, numbered};
+use crate::printable::numbered;
 use crate::study::{Kinetics, KineticsSettings, NetworkOfStates};
-use crate::thermal::{Core, Dynamics, Watching};
+use crate::thermal::Dynamics;
 
 /// Rates between minima.
 #[derive(Debug, Args)]
@@ -116,15 +113,7 @@ pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
         pathways: command.pathways,
     };
     let watch = Watch::new(common.quiet);
-    let watching = Watching {
-        progress: &|news| watch.see(news),
-        core: &|core| {
-            if !common.quiet && core.seconds > SHORT {
-                complain(&cost(&core, settings.temperatures.len()));
-            }
-        },
-    };
-    let found = Kinetics::new(&states, (&from, &to), &settings, &watching)?;
+    let found = Kinetics::new(&states, (&from, &to), &settings, &|news| watch.see(news))?;
     watch.lap("eliminate", 0);
     let (text, value) = (found.markdown(), found.to_json());
     write_report(
@@ -132,26 +121,6 @@ pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
         (&text, &value),
         Some(found.chart()),
         common,
-    )
-}
-
-/// Shorter waits are not announced, in seconds.
-const SHORT: f64 = 20.0;
-
-/// What a long elimination costs, told before it begins.
-fn cost(core: &Core, temperatures: usize) -> String {
-    format!(
-        "{} minima are left that have many neighbours: {} {} and {:.1} GB for each of {}{}",
-        core.states,
-        if core.at_least { "at least" } else { "about" },
-        spelled(Duration::from_secs_f64(core.seconds)),
-        core.bytes / 1e9,
-        counted(temperatures, "temperature"),
-        if core.at_least {
-            ", and much more if they get more neighbours; a network of fewer minima takes less"
-        } else {
-            ""
-        }
     )
 }
 

@@ -462,8 +462,6 @@ fn whole(value: f64) -> i32 {
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
-
     use super::super::glyph;
     use super::super::style::Anchor;
     use super::*;
@@ -531,39 +529,5 @@ mod tests {
                 "{upward} {middle:?}"
             );
         }
-    }
-
-    #[test]
-    fn files_appear_whole_or_not_at_all() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut canvas = Canvas::new(30, 20);
-        canvas.text([1.0, 10.0], "a < b", TextFace::new(8.0, BLACK));
-        for name in ["a.svg", "a.PNG"] {
-            canvas.save(&folder.path().join(name)).unwrap();
-            canvas.save(&folder.path().join(name)).unwrap();
-        }
-        let svg = fs::read_to_string(folder.path().join("a.svg")).unwrap();
-        assert!(
-            svg.starts_with(r#"<svg width="30" height="20" viewBox="0 0 300 200""#),
-            "{svg}"
-        );
-        assert!(svg.contains("a &lt; b") && svg.contains("sans-serif"));
-        assert_eq!(
-            &fs::read(folder.path().join("a.PNG")).unwrap()[1..4],
-            b"PNG"
-        );
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
-        assert!(matches!(
-            canvas.save(&folder.path().join("a.pdf")),
-            Err(FigureError::Format { .. })
-        ));
-        assert!(matches!(
-            canvas.save(&folder.path().join("none/a.png")),
-            Err(FigureError::Write { .. })
-        ));
-        canvas.image([0, 0], Image::filled(2, 2, [9; 3]));
-        canvas.save(&folder.path().join("b.svg")).unwrap();
-        let svg = fs::read_to_string(folder.path().join("b.svg")).unwrap();
-        assert!(svg.contains("data:image/png;base64,"), "{svg}");
     }
 }

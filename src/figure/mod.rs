@@ -89,71 +89,46 @@ pub use sheet::{contact_sheet, contact_sheet_canvas};
 /// Reasons why a picture cannot be made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages show the fields")]
 pub enum FigureError {
     /// The ending of the file name is neither `.svg` nor `.png`.
     #[error("the format of figure {} is unknown: give a name that ends in .svg or .png", .0.display())]
     Format(PathBuf),
     /// The number of descriptions is not the number of minima.
     #[error("{described} leaves are described, but the landscape has {present}")]
-    Leaves {
-        /// Number of descriptions.
-        described: usize,
-        /// Number of minima.
-        present: usize,
-    },
+    Leaves { described: usize, present: usize },
     /// An energy or height is not finite.
     #[error("node {node} has energy {energy}, which cannot be drawn")]
-    NotFinite {
-        /// Number of the minimum or tree node.
-        node: usize,
-        /// Its energy.
-        energy: f64,
-    },
+    NotFinite { node: usize, energy: f64 },
     /// A value has no place on an axis of a chart.
     #[error("{value} cannot be drawn on the axis \"{axis}\"")]
     OffAxis {
         /// The value: infinite, or not positive on a logarithmic axis.
         value: f64,
-        /// The label of the axis.
         axis: String,
     },
     /// The ends of an axis of a chart do not ascend.
     #[error("the axis \"{axis}\" cannot go from {low} to {high}")]
-    Range {
-        /// The label of the axis.
-        axis: String,
-        /// Its lower end.
-        low: f64,
-        /// Its upper end.
-        high: f64,
-    },
+    Range { axis: String, low: f64, high: f64 },
     /// There are more minima than are legible.
     #[error(
         "{present} minima do not fit on a picture, which shows {most} at most: draw a view of them"
     )]
     TooMany {
-        /// Number of minima.
         present: usize,
         /// Largest number of minima that can be drawn.
         most: usize,
     },
     /// A link refers to a minimum that does not exist.
     #[error("a link names minimum {node}, but there are only {present}")]
-    NoSuchNode {
-        /// The number in the link.
-        node: usize,
-        /// Number of minima.
-        present: usize,
-    },
+    NoSuchNode { node: usize, present: usize },
     /// The drawing library failed.
     #[error("the figure could not be drawn: {0}")]
     Draw(String),
     /// The file could not be written.
     #[error("cannot write figure {}", path.display())]
     Write {
-        /// The file.
         path: PathBuf,
-        /// The reason.
         source: std::io::Error,
     },
 }

@@ -80,9 +80,6 @@ pub fn contact_sheet_canvas(images: &[Image], captions: &[String], columns: usiz
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector3;
-
-    use super::super::scene::{Marker, Scene, Surface};
     use super::*;
 
     #[test]
@@ -144,110 +141,5 @@ mod tests {
         );
         assert_eq!(bytes.unwrap(), images[0].to_png().unwrap());
         assert!(document.contains(r#"width="200" height="100" href"#));
-    }
-
-    /// A chain of balls as a finger, curled about a cylinder from one side.
-    fn grasp(turn: f64) -> Scene {
-        let mut hand = Surface {
-            vertices: Vec::new(),
-            triangles: Vec::new(),
-            colour: [233, 196, 170],
-        };
-        let mut markers = Vec::new();
-        for finger in 0..4 {
-            let height = 0.022 * f64::from(finger) - 0.033;
-            for knuckle in 0..24 {
-                let angle = turn + 0.11 * f64::from(knuckle) * if finger == 3 { -1.0 } else { 1.0 };
-                let centre =
-                    Vector3::new(0.041 * libm::cos(angle), 0.041 * libm::sin(angle), height);
-                lathe(&mut hand, centre, |polar| {
-                    (0.01 * libm::sin(polar), 0.01 * libm::cos(polar))
-                });
-                if knuckle == 22 {
-                    let centre =
-                        Vector3::new(0.033 * libm::cos(angle), 0.033 * libm::sin(angle), height);
-                    markers.push(Marker {
-                        centre,
-                        radius_m: 0.004,
-                        colour: [200, 30, 40],
-                    });
-                }
-            }
-        }
-        let mut bottle = Surface {
-            vertices: Vec::new(),
-            triangles: Vec::new(),
-            colour: [130, 160, 195],
-        };
-        lathe(&mut bottle, Vector3::zeros(), |polar| {
-            let radius = if polar < 0.6 { 0.014 } else { 0.032 };
-            (
-                radius * (libm::sin(polar) * 40.0).min(1.0),
-                0.09 * (libm::cos(polar) + 0.2),
-            )
-        });
-        Scene {
-            surfaces: vec![hand, bottle],
-            markers,
-            ..Scene::default()
-        }
-    }
-
-    /// Appends a surface of revolution about z: (radius, height) for each polar angle.
-    fn lathe(surface: &mut Surface, centre: Vector3<f64>, profile: impl Fn(f64) -> (f64, f64)) {
-        const STEPS: u32 = 32;
-        let first = u32::try_from(surface.vertices.len()).unwrap();
-        for ring in 0..=STEPS {
-            let (radius, height) =
-                profile(std::f64::consts::PI * f64::from(ring) / f64::from(STEPS));
-            for step in 0..STEPS {
-                let (sin, cos) =
-                    libm::sincos(std::f64::consts::TAU * f64::from(step) / f64::from(STEPS));
-                surface
-                    .vertices
-                    .push(centre + Vector3::new(radius * cos, radius * sin, height));
-            }
-        }
-        for ring in 0..STEPS {
-            for step in 0..STEPS {
-                let at = |ring: u32, step: u32| first + ring * STEPS + step % STEPS;
-                let [a, b, c, d] = [
-                    at(ring, step),
-                    at(ring, step + 1),
-                    at(ring + 1, step),
-                    at(ring + 1, step + 1),
-                ];
-                surface.triangles.extend([[a, c, d], [a, d, b]]);
-            }
-        }
-    }
-
-    #[test]
-    fn rendered_grasps_fill_a_sheet() {
-        let images: Vec<Image> = (0..6)
-            .map(|index| {
-                let scene = grasp(f64::from(index));
-                scene.render(&scene.best_camera(Vector3::z()), 300, 300)
-            })
-            .collect();
-        for image in &images {
-            let inked = image.rgb.chunks(3).filter(|pixel| pixel[0] < 250).count();
-            assert!(inked > 300 * 300 / 10 && inked < 300 * 300, "{inked}");
-            // A skin-coloured hand, a blue bottle and a red contact can all be told apart.
-            for wanted in [
-                |p: &[u8]| p[0] > p[2].saturating_add(30) && p[1] > 90,
-                |p: &[u8]| p[2] > p[0].saturating_add(25),
-                |p: &[u8]| p[0] > p[1].saturating_add(65),
-            ] {
-                assert!(image.rgb.chunks(3).filter(|pixel| wanted(pixel)).count() > 20);
-            }
-        }
-        let captions: Vec<String> = (0..6)
-            .map(|index| format!("leaf {index}: medium wrap, {} grasps", 3 * index))
-            .collect();
-        let vanishing = tempfile::tempdir().unwrap();
-        let folder = std::env::var_os("LANDSCAPE_GALLERY")
-            .map_or(vanishing.path().to_owned(), std::path::PathBuf::from);
-        contact_sheet(&images, &captions, 3, &folder.join("contact_sheet.png")).unwrap();
     }
 }

@@ -494,43 +494,4 @@ mod tests {
         let same = read(beside.to_string().as_bytes(), folder.path()).unwrap();
         assert_eq!(same.triangles, soup.triangles);
     }
-
-    #[test]
-    fn damaged_files_are_refused() {
-        let (good, data) = document(None);
-        let whole = glb(&good, &data);
-        for length in [4, 11, 19, 60, whole.len() - 1] {
-            assert!(read(&whole[..length], Path::new("")).is_err(), "{length}");
-        }
-        let spoilt = |pointer: &str, value: serde_json::Value| {
-            let mut json = good.clone();
-            *json.pointer_mut(pointer).unwrap() = value;
-            read(&glb(&json, &data), Path::new("")).unwrap_err()
-        };
-        for (pointer, value, words) in [
-            ("/accessors/0/count", json!(5), "reaches past"),
-            ("/accessors/0/count", json!(u64::MAX), "reaches past"),
-            ("/accessors/1/byteOffset", json!(u64::MAX), "reaches past"),
-            ("/bufferViews/0/byteOffset", json!(u64::MAX), "reaches past"),
-            ("/accessors/1/componentType", json!(5126), "unknown type"),
-            ("/accessors/0/type", json!("VEC2"), "three 32-bit"),
-            ("/nodes/0/children", json!([0]), "nested"),
-            ("/nodes/0/children", json!([9]), "node 9"),
-            ("/nodes/1/mesh", json!(1), "mesh 1"),
-            ("/accessors/1/bufferView", json!(0), "vertex"),
-        ] {
-            let said = spoilt(pointer, value);
-            assert!(said.contains(words), "{pointer}: {said}");
-        }
-        let (outside, _) = document(Some("../secret.bin"));
-        let said = read(outside.to_string().as_bytes(), Path::new("/tmp")).unwrap_err();
-        assert!(said.contains("not in its folder"), "{said}");
-        let mut draco = good.clone();
-        draco["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]);
-        assert!(
-            read(&glb(&draco, &data), Path::new(""))
-                .unwrap_err()
-                .contains("draco")
-        );
-    }
 }

@@ -6,51 +6,34 @@ use crate::limits::Beyond;
 /// Why a description cannot be read as a hand.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages show the fields")]
 pub enum HandError {
     /// A file that cannot be read.
     #[error("cannot read {}: {problem}", path.display())]
     File {
-        /// The file.
         path: std::path::PathBuf,
-        /// What is wrong.
         problem: String,
     },
     /// A file of MANO that cannot be used.
     #[error("{file} {problem}")]
-    Mano {
-        /// The file.
-        file: String,
-        /// What is wrong.
-        problem: String,
-    },
+    Mano { file: String, problem: String },
     /// No description at all.
     #[error("no description of a hand is given")]
     NoDescription,
     /// A problem with an element of a description.
     #[error("{place}: {problem}")]
-    Element {
-        /// Element, file and line.
-        place: String,
-        /// What is wrong with it.
-        problem: String,
-    },
+    Element { place: String, problem: String },
     /// No hand of that name comes with the program.
     #[error("no hand is called \"{name}\"; the hands are {}", super::HAND_NAMES.join(", "))]
-    NoSuchHand {
-        /// The name.
-        name: String,
-    },
+    NoSuchHand { name: String },
     /// The description is not XML but, for example, a mesh or a table.
     #[error("not a description of a hand: give a URDF or MJCF file (XML) or a MANO file (.npz)")]
     NotADescription,
     /// The description is in a format that is not read.
     #[error("{file}: {format} is not read: {remedy}")]
     OtherFormat {
-        /// The file.
         file: String,
-        /// The name of the format.
         format: &'static str,
-        /// What to do.
         remedy: String,
     },
     /// The description is not a URDF document.
@@ -62,11 +45,9 @@ pub enum HandError {
     /// The side file or a joint refers to a name that the description does not have.
     #[error("{place} names {kind} \"{name}\", which the description does not have")]
     Unknown {
-        /// Where the name is used.
         place: String,
         /// `link` or `joint`.
         kind: &'static str,
-        /// The name.
         name: String,
     },
     /// Two links or two joints have the same name.
@@ -74,7 +55,6 @@ pub enum HandError {
     Twice {
         /// `link` or `joint`.
         kind: &'static str,
-        /// The name.
         name: String,
     },
     /// A link is the child of two joints.
@@ -83,53 +63,32 @@ pub enum HandError {
          one of the two; if they close a loop, let the other joints of the loop follow one of them (<mimic>)"
     )]
     TwoParents {
-        /// The link.
         link: String,
-        /// One joint.
         first: String,
-        /// The other joint.
         second: String,
     },
     /// There is no root, or there are several.
     #[error("a hand has one link without a parent; this description has {}: {}", roots.len(), roots.join(", "))]
-    Roots {
-        /// Links without a parent.
-        roots: Vec<String>,
-    },
+    Roots { roots: Vec<String> },
     /// Links form a ring.
     #[error("link \"{link}\" is not connected to the root: its joints form a ring")]
-    Ring {
-        /// One of the links.
-        link: String,
-    },
+    Ring { link: String },
     /// A joint of a kind that is not handled.
     #[error(
         "joint \"{joint}\" is {kind}; only revolute, continuous, prismatic and fixed joints are handled"
     )]
-    UnsupportedJoint {
-        /// The joint.
-        joint: String,
-        /// Its type.
-        kind: &'static str,
-    },
+    UnsupportedJoint { joint: String, kind: &'static str },
     /// Joints follow each other in a circle.
     #[error("joint \"{joint}\" follows others in a circle")]
-    Circle {
-        /// One of them.
-        joint: String,
-    },
+    Circle { joint: String },
     /// A slide without limits.
     #[error("joint \"{joint}\" slides without limits: give it a range")]
-    Endless {
-        /// The joint.
-        joint: String,
-    },
+    Endless { joint: String },
     /// The limits leave no range.
     #[error(
         "joint \"{joint}\" may move from {lower} to {upper}: give it finite limits, the lower below the upper"
     )]
     EmptyRange {
-        /// The joint.
         joint: String,
         /// Lower limit, radians.
         lower: f64,
@@ -138,10 +97,7 @@ pub enum HandError {
     },
     /// The axis of a joint has length zero.
     #[error("joint \"{joint}\" has an axis of length zero")]
-    NoAxis {
-        /// The joint.
-        joint: String,
-    },
+    NoAxis { joint: String },
     /// No joint moves.
     #[error("the description has no movable joint")]
     NoJoints,
@@ -150,7 +106,6 @@ pub enum HandError {
         "link \"{link}\", {problem} (or give it capsules in the side file: \"capsules\": {{\"{link}\": …}})"
     )]
     Mesh {
-        /// The link.
         link: String,
         /// The mesh and what is wrong with it.
         problem: String,
@@ -160,30 +115,18 @@ pub enum HandError {
     Implausible(Doubt),
     /// A number is beyond its limit.
     #[error("{place}: {beyond}")]
-    Beyond {
-        /// The element and the quantity.
-        place: String,
-        /// The number and its limit.
-        beyond: Beyond,
-    },
+    Beyond { place: String, beyond: Beyond },
     /// An orientation whose numbers are too large or too small for a rotation.
     #[error(
         "link \"{link}\": the numbers of an orientation are too large or too small for a rotation"
     )]
-    NoRotation {
-        /// The link.
-        link: String,
-    },
+    NoRotation { link: String },
     /// The description has more items than a hand can have.
     #[error("the description has {count} {kind}, but at most {most} are allowed: {advice}")]
     TooMany {
-        /// The kind of item.
         kind: &'static str,
-        /// Their number.
         count: usize,
-        /// The largest number allowed.
         most: usize,
-        /// Advice to the user.
         advice: &'static str,
     },
     /// No link has geometry.
@@ -191,32 +134,16 @@ pub enum HandError {
     NoGeometry,
     /// A number that is not finite.
     #[error("{place} has a number that is not finite")]
-    NotFinite {
-        /// The place.
-        place: String,
-    },
+    NotFinite { place: String },
     /// Directions in the side file do not span a frame.
     #[error("{place}: directions must not be zero or parallel")]
-    Degenerate {
-        /// The place.
-        place: &'static str,
-    },
+    Degenerate { place: &'static str },
     /// An angle is given for a slide, or a length for a hinge.
     #[error(
         "{place} names joint \"{joint}\" in the wrong unit: degrees are for hinges, millimetres for slides"
     )]
-    Unit {
-        /// The place.
-        place: String,
-        /// The joint.
-        joint: String,
-    },
+    Unit { place: String, joint: String },
     /// A number has to be positive.
     #[error("{what} is {value}: a positive number is needed")]
-    NotPositive {
-        /// The quantity.
-        what: String,
-        /// The number.
-        value: f64,
-    },
+    NotPositive { what: String, value: f64 },
 }

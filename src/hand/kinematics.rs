@@ -224,47 +224,8 @@ fn sum(wrenches: &[Wrench]) -> Wrench {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hand::{HandFiles, LinkId};
+    use crate::hand::LinkId;
     use crate::space::{PoseSpace, Space, Symmetry};
-
-    /// Two links in a plane, angles and ends by hand: the elbow at (0, 1), the tip at (−sin(a+b), 1 + cos(a+b)).
-    #[test]
-    fn planar_arm_by_hand() {
-        let text = r#"<robot name="arm">
-            <link name="tip"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-            <link name="upper"/><link name="base"/><link name="lower"/>
-            <joint name="b" type="revolute"><parent link="upper"/><child link="lower"/><origin xyz="0 1 0"/>
-                <axis xyz="0 0 2"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
-            <joint name="f" type="fixed"><parent link="lower"/><child link="tip"/><origin xyz="0 1 0" rpy="0 0 1.5707963267948966"/></joint>
-            <joint name="a" type="revolute"><parent link="base"/><child link="upper"/>
-                <axis xyz="0 0 1"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint></robot>"#;
-        let hand = Hand::from_files(&HandFiles::of_texts([["hand", text]])).unwrap();
-        assert_eq!(
-            hand.joints
-                .iter()
-                .map(|joint| joint.name.as_str())
-                .collect::<Vec<_>>(),
-            ["b", "a"]
-        );
-        let (a, b): (f64, f64) = (0.4, -1.1);
-        let mut posed = PosedHand::default();
-        // The base turned half way about x and not normalised: y and z change sign.
-        hand.pose(&[0.3, 0.2, 0.1, 0.0, 5.0, 0.0, 0.0, b, a], &mut posed);
-        let tip = posed.object_from_link[hand.link("tip").unwrap().0];
-        let plane = Vector3::new(
-            -libm::sin(a) - libm::sin(a + b),
-            libm::cos(a) + libm::cos(a + b),
-            0.0,
-        );
-        let expected = Vector3::new(0.3 + plane.x, 0.2 - plane.y, 0.1);
-        assert!((tip.translation - expected).norm() < 1e-15);
-        let x_axis = Vector3::new(-libm::sin(a + b), -libm::cos(a + b), 0.0);
-        let turned = tip.direction(&Vector3::x());
-        assert!(
-            (turned - Vector3::new(x_axis.x, x_axis.y, 0.0)).norm() < 1e-14,
-            "{turned}"
-        );
-    }
 
     /// A quadratic energy of all points, capsule ends and angles against central differences along the tangents of the
     /// pose space, at a pose far from rest.

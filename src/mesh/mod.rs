@@ -38,13 +38,12 @@ fn rounded(length_m: f64) -> f64 {
 /// Reasons why triangles do not make a mesh.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages show the fields")]
 pub enum MeshError {
     /// A file cannot be opened or read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
-        /// The file.
         path: PathBuf,
-        /// What the system says.
         source: std::io::Error,
     },
     /// The ending of the file name is not that of a mesh format.
@@ -53,11 +52,8 @@ pub enum MeshError {
     /// An OBJ, PLY or glTF file is invalid.
     #[error("{name} is not a valid {format} mesh: {problem}")]
     Format {
-        /// The file.
         name: String,
-        /// Name of the format.
         format: &'static str,
-        /// The problem.
         problem: String,
     },
     /// Git LFS has not fetched a file.
@@ -69,21 +65,17 @@ pub enum MeshError {
     /// A face refers to a vertex that does not exist.
     #[error("{name} has a face with vertex index {index}, but only {count} vertices")]
     Index {
-        /// File or object.
         name: String,
         /// The index, from zero.
         index: u32,
-        /// Number of vertices.
         count: u32,
     },
     /// A coordinate is infinite or not a number.
     #[error("vertex {vertex} of {name}: {beyond}")]
     Coordinate {
-        /// File or object.
         name: String,
         /// Number of the vertex, from zero.
         vertex: usize,
-        /// Its coordinate and the limit.
         beyond: Beyond,
     },
     /// A coordinate is not a number, or infinite.
@@ -91,11 +83,9 @@ pub enum MeshError {
         "vertex {vertex} of {name} has the coordinate {value}: write a number there, or delete the vertex and its faces"
     )]
     NotANumber {
-        /// File or object.
         name: String,
         /// Number of the vertex, from zero.
         vertex: usize,
-        /// Its coordinate.
         value: f64,
     },
     /// The surface has holes.
@@ -104,7 +94,6 @@ pub enum MeshError {
          its surface a wall 2 mm thick with --thickness 2"
     )]
     Open {
-        /// File or object.
         name: String,
         /// Edges used by an odd number of triangles.
         edges: usize,
@@ -117,7 +106,6 @@ pub enum MeshError {
          editor, or make them walls 2 mm thick with --thickness 2"
     )]
     Sheets {
-        /// File or object.
         name: String,
         /// Share of the surface in open parts, percent.
         percent: f64,
@@ -131,7 +119,6 @@ pub enum MeshError {
          mesh editor"
     )]
     Overlaid {
-        /// File or object.
         name: String,
         /// Number of edges where the surface without copies is not closed.
         edges: usize,
@@ -141,7 +128,6 @@ pub enum MeshError {
         "{name} is inconsistently oriented at {edges} edges: recalculate its normals in a mesh editor"
     )]
     Orientation {
-        /// File or object.
         name: String,
         /// Number of edges along which both triangles run in the same direction.
         edges: usize,
@@ -151,12 +137,7 @@ pub enum MeshError {
         "{percent:.0} % of the surface of {name} has no inside or no outside next to it (winding number), so it does not bound \
          a solid: remesh it"
     )]
-    Sides {
-        /// File or object.
-        name: String,
-        /// Share of the surface, percent.
-        percent: f64,
-    },
+    Sides { name: String, percent: f64 },
     /// A mesh encloses no volume.
     #[error("{0} encloses no volume: its faces are a film; give it a volume in a mesh editor")]
     NoVolume(String),
@@ -168,19 +149,13 @@ pub enum MeshError {
     Entangled(String),
     /// A size beyond its limit.
     #[error("{name}: its longest side = {beyond}")]
-    Longest {
-        /// File or object.
-        name: String,
-        /// The size and its limit.
-        beyond: Beyond,
-    },
+    Longest { name: String, beyond: Beyond },
     /// The size cannot be metres.
     #[error(
         "{name} is {} m across: metres are expected; if it is in {unit}, scale it by {factor} (--scale {factor})",
         rounded(*size_m)
     )]
     Size {
-        /// File or object.
         name: String,
         /// Longest edge of its bounding box, read as metres.
         size_m: f64,

@@ -1030,14 +1030,6 @@ mod tests {
     }
 
     #[test]
-    fn a_sound_mesh_is_left_alone() {
-        let (mesh, _) = Object::parts_of_named("mug").unwrap();
-        let same = repaired(mug());
-        assert_eq!(same.mesh, mesh);
-        assert_eq!(same.repairs, []);
-    }
-
-    #[test]
     fn holes_and_flipped_triangles_are_repaired() {
         let (vertices, mut triangles) = mug();
         let whole = repaired(mug()).mesh.volume();

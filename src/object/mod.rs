@@ -74,6 +74,7 @@ fn within<'a>(
 /// Reasons why an object cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages show the fields")]
 pub enum ObjectError {
     /// The mesh is not valid.
     #[error(transparent)]
@@ -81,45 +82,33 @@ pub enum ObjectError {
     /// A file cannot be opened or read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
-        /// The file.
         path: PathBuf,
-        /// The error of the system.
         source: std::io::Error,
     },
     /// A TOML file does not describe shapes.
     #[error("{name}")]
     Shapes {
-        /// The file.
         name: String,
-        /// The error of the parser.
         source: toml::de::Error,
     },
     /// A description is invalid.
     #[error("the description of {name} is invalid: {source}")]
     Description {
-        /// File or object.
         name: String,
-        /// The error of the parser.
         source: serde_json::Error,
     },
     /// A description states an impossible value.
     #[error("the description of {name} has an invalid {field}: {problem}")]
     Value {
-        /// File or object.
         name: String,
-        /// The field with the value.
         field: &'static str,
-        /// The problem.
         problem: &'static str,
     },
     /// A number is beyond its plausible limit.
     #[error("{name}: {field} = {beyond}")]
     Beyond {
-        /// File or object.
         name: String,
-        /// The field with the number.
         field: &'static str,
-        /// The number and its limit.
         beyond: Beyond,
     },
     /// A declared symmetry or primitive does not fit the mesh.
@@ -128,9 +117,7 @@ pub enum ObjectError {
         1e3 * deviation_m, 1e3 * tolerance_m
     )]
     Deviation {
-        /// File or object.
         name: String,
-        /// The claim in the description.
         what: &'static str,
         /// Largest deviation, metres.
         deviation_m: f64,
@@ -139,10 +126,5 @@ pub enum ObjectError {
     },
     /// No built-in object has this name.
     #[error("no object is called {name}: the known objects are {known}")]
-    Unknown {
-        /// The requested name.
-        name: String,
-        /// All known names.
-        known: String,
-    },
+    Unknown { name: String, known: String },
 }

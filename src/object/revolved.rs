@@ -418,36 +418,9 @@ impl Level {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Rotation3;
-
     use super::super::Object;
     use super::*;
     use crate::space::Symmetry;
-
-    #[test]
-    fn turning_changes_nothing() {
-        let object = Object::named("bottle_round").unwrap();
-        let Symmetry::Axis { point, direction } = &object.symmetry else {
-            panic!("a round bottle is round");
-        };
-        let axis = Unit::new_normalize(*direction);
-        for k in 0..60 {
-            let k = f64::from(k);
-            let arm = Vector3::new(
-                libm::sin(1.3 * k) * 0.06,
-                libm::cos(2.1 * k) * 0.06,
-                libm::sin(0.7 * k) * 0.2,
-            );
-            let turn = Rotation3::from_axis_angle(&axis, 0.37 * k);
-            let (value, gradient, hessian) = object.shape.hessian(&(point + arm));
-            let (turned, turned_gradient, turned_hessian) =
-                object.shape.hessian(&(point + turn * arm));
-            assert!((value - turned).abs() < 1e-12);
-            assert!((turn * gradient - turned_gradient).norm() < 1e-9);
-            let back = turn.inverse().matrix() * turned_hessian * turn.matrix();
-            assert!((hessian - back).norm() < 1e-6 * (1.0 + hessian.norm()));
-        }
-    }
 
     #[test]
     fn it_is_smooth_across_its_axis() {

@@ -1,4 +1,4 @@
-//! FIRE: relaxation by forces where no energy exists (a band, a string).
+//! FIRE: relaxation by forces where no energy exists (a string).
 
 use crate::space::vector::{dot, norm, scale};
 

@@ -88,6 +88,20 @@ pub struct Quench {
     pub stop: StopReason,
 }
 
+impl Quench {
+    /// A descent that began at its end.
+    #[cfg(feature = "topography")]
+    pub(crate) fn at_rest(x: Vec<f64>, energy: f64) -> Self {
+        Self {
+            x,
+            energy,
+            gradient_norm: 0.0,
+            evaluations: 0,
+            stop: StopReason::Converged,
+        }
+    }
+}
+
 /// Descends from `start` to a local minimum by L-BFGS, preconditioned by the step scales of the space.
 ///
 /// # Panics

@@ -9,6 +9,7 @@ use crate::printable::counted;
 /// Reasons why a file cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages show the fields")]
 pub enum StoreError {
     /// There is no file at the path.
     #[error("no such file: {0}")]
@@ -18,9 +19,7 @@ pub enum StoreError {
     Io {
         /// The attempted action: `read`, `write`, `create` ….
         action: &'static str,
-        /// The file or folder.
         path: PathBuf,
-        /// The error of the system.
         source: io::Error,
     },
     /// A folder was given instead of a file.
@@ -33,12 +32,7 @@ pub enum StoreError {
     NoFolder(PathBuf),
     /// The file is not Parquet or is damaged.
     #[error("{path} is not a Parquet file or is damaged: {reason}")]
-    NotParquet {
-        /// The file.
-        path: PathBuf,
-        /// The problem.
-        reason: String,
-    },
+    NotParquet { path: PathBuf, reason: String },
     /// A file of this program was damaged or altered.
     #[error(
         "{0} is not as landscape wrote it: its content does not match its checksum, so it was damaged or altered; use \
@@ -56,71 +50,43 @@ pub enum StoreError {
         "{path} does not belong to this landscape: {manifest} lists another checksum for it, or none, so it was altered \
          or comes from elsewhere; put the original table back, or build the landscape again"
     )]
-    NotOfLandscape {
-        /// The table, or the manifest itself.
-        path: PathBuf,
-        /// The manifest.
-        manifest: PathBuf,
-    },
+    NotOfLandscape { path: PathBuf, manifest: PathBuf },
     /// The decoder of this compression is not built in.
     #[error(
         "{path} is compressed with {codec}, which is not supported: write it with snappy, zstd, gzip, lz4, brotli or without compression"
     )]
-    Compression {
-        /// The file.
-        path: PathBuf,
-        /// Name of the compression.
-        codec: String,
-    },
+    Compression { path: PathBuf, codec: String },
     /// A Parquet file does not describe its hand or object.
     #[error(
         "{path} does not describe its {missing}: another program wrote it, or rewrote it without the landscape metadata, as \
          polars and DuckDB do. Pass {flags}{named} (the documentation of grasps.parquet lists columns and units)"
     )]
     NoMetadata {
-        /// The file.
         path: PathBuf,
         /// `hand`, `object` or `hand and object`.
         missing: &'static str,
-        /// The flags that give the missing data.
         flags: &'static str,
         /// The names in its rows, in brackets after a space; empty if the rows name nothing.
         named: String,
     },
     /// The metadata are contradictory or were not written by this program.
     #[error("the `landscape` metadata of {path} cannot be used: {reason}")]
-    Metadata {
-        /// The file.
-        path: PathBuf,
-        /// The problem.
-        reason: String,
-    },
+    Metadata { path: PathBuf, reason: String },
     /// A newer version of the program wrote the file.
     #[error("{path} has schema version {found}, but only version {known} is supported")]
     SchemaVersion {
-        /// The file.
         path: PathBuf,
-        /// The version in the file.
         found: u64,
-        /// The version supported by this program.
         known: u64,
     },
     /// A file of another program is invalid or unsuitable.
     #[error("{path}: {problem}")]
-    Foreign {
-        /// The file.
-        path: PathBuf,
-        /// The problem.
-        problem: String,
-    },
+    Foreign { path: PathBuf, problem: String },
     /// A required column is missing.
     #[error("{path} has no column `{column}` ({expected})")]
     MissingColumn {
-        /// The file.
         path: PathBuf,
-        /// The column.
         column: String,
-        /// The expected content.
         expected: &'static str,
     },
     /// A column has the wrong type.
@@ -129,23 +95,17 @@ pub enum StoreError {
         are(expected)
     )]
     ColumnType {
-        /// The file.
         path: PathBuf,
-        /// The column.
         column: String,
-        /// The expected content.
         expected: &'static str,
-        /// The actual content.
         found: String,
     },
     /// A row cannot be used.
     #[error("{path}, row {row} (the first is 0): {fault}")]
     Row {
-        /// The file.
         path: PathBuf,
         /// Row number, counted from 0.
         row: usize,
-        /// The problem.
         fault: Fault,
     },
     /// The file has no rows.
@@ -209,39 +169,26 @@ impl StoreError {
 /// Problems of a single row.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages show the fields")]
 pub enum Fault {
     /// A required value is null.
     #[error("column `{column}` is empty")]
-    Missing {
-        /// The column.
-        column: String,
-    },
+    Missing { column: String },
     /// A value is NaN or infinite.
     #[error("column `{column}` contains {value}, which is not a finite number")]
-    NotFinite {
-        /// The column.
-        column: String,
-        /// The value.
-        value: f64,
-    },
+    NotFinite { column: String, value: f64 },
     /// A value is negative or too large for a count or an index.
     #[error("column `{column}` contains {value}, expected a whole number from 0 to {largest}")]
     NotWhole {
-        /// The column.
         column: String,
-        /// The value.
         value: i128,
-        /// Largest value of the column.
         largest: u64,
     },
     /// A list has the wrong length.
     #[error("column `{column}` contains {}, expected {expected}", counted(*found, "number"))]
     Length {
-        /// The column.
         column: String,
-        /// The actual length.
         found: usize,
-        /// The expected length.
         expected: usize,
     },
     /// The hand is farther from the object than is plausible in metres.
@@ -259,13 +206,9 @@ pub enum Fault {
          degrees, or angles of other joints?"
     )]
     BeyondLimit {
-        /// The joint.
         joint: String,
-        /// Its angle.
         angle_rad: f64,
-        /// Its lower limit.
         lower_rad: f64,
-        /// Its upper limit.
         upper_rad: f64,
     },
     /// A contact does not exist on the hand.
@@ -273,11 +216,8 @@ pub enum Fault {
         "contact {contact} does not exist: hand `{hand}` has {points} surface points, counted from 0"
     )]
     ContactRange {
-        /// The contact.
         contact: u32,
-        /// The hand.
         hand: String,
-        /// Number of its surface points.
         points: usize,
     },
     /// A contact occurs twice in one grasp.
@@ -285,34 +225,20 @@ pub enum Fault {
     RepeatedContact(u32),
     /// The metadata do not describe the hand.
     #[error("hand `{hand}` is not the one described: {known}")]
-    UnknownHand {
-        /// The hand of the row.
-        hand: String,
-        /// The described hands.
-        known: String,
-    },
+    UnknownHand { hand: String, known: String },
     /// The metadata do not describe the object.
     #[error("object `{object}` is not the one described: {known}")]
-    UnknownObject {
-        /// The object of the row.
-        object: String,
-        /// The described objects.
-        known: String,
-    },
+    UnknownObject { object: String, known: String },
     /// A value is invalid.
     #[error("column `{column}` contains `{value}`, expected {expected}")]
     Unexpected {
-        /// The column.
         column: String,
-        /// The value.
         value: String,
-        /// The expected values.
         expected: String,
     },
     /// Two grasps have the same id.
     #[error("id {id} is taken by row {first} already")]
     RepeatedId {
-        /// The id.
         id: u64,
         /// The first row with this id.
         first: usize,
@@ -322,6 +248,7 @@ pub enum Fault {
 /// Warnings about a file that was nevertheless read.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages show the fields")]
 pub enum Warning {
     /// Some joints are beyond their limits. They are kept, and the joint-limit term of the energy moves them back.
     #[error(
@@ -329,13 +256,10 @@ pub enum Warning {
          rad; they are kept as they are"
     )]
     BeyondLimit {
-        /// Number of grasps with such joints.
         count: usize,
-        /// Number of all grasps.
         grasps: usize,
         /// Row with the largest excess, counted from 0.
         row: usize,
-        /// Its joint.
         joint: String,
         /// The largest excess, radians.
         excess_rad: f64,
@@ -348,7 +272,6 @@ pub enum Warning {
     OtherHand {
         /// The name of the hand in the file.
         told: String,
-        /// The name of the given hand.
         given: String,
     },
     /// No checksum of this program vouches for the content of a file of grasps, so its measures are those of its poses only
@@ -364,15 +287,12 @@ pub enum Warning {
         left_out(*outcomes, *labels)
     )]
     OtherMeasures {
-        /// Number of grasps with such measures.
         count: usize,
-        /// Number of all grasps.
         grasps: usize,
         /// First row with such measures, counted from 0.
         row: usize,
         /// Its first column that differs.
         column: String,
-        /// The value in the file.
         told: String,
         /// The value computed, or `nothing`.
         computed: String,
@@ -386,20 +306,13 @@ pub enum Warning {
         "the outcomes of simulations ({outcomes} of {grasps} grasps) are not verified, because another program wrote the file; \
          `landscape stability` simulates the grasps again"
     )]
-    UnverifiedOutcomes {
-        /// Number of grasps with outcomes.
-        outcomes: usize,
-        /// Number of all grasps.
-        grasps: usize,
-    },
+    UnverifiedOutcomes { outcomes: usize, grasps: usize },
     /// The file describes nothing, and the rows name a hand or an object otherwise than the user.
     #[error("using {kind} `{given}` for `{told}`, the only {kind} that the rows name")]
     TakenFor {
         /// `hand` or `object`.
         kind: &'static str,
-        /// The name in the rows.
         told: String,
-        /// The name of the given one.
         given: String,
     },
     /// The file describes nothing, and its rows name hands or objects that come with the program.
@@ -411,7 +324,6 @@ pub enum Warning {
     BuiltIn {
         /// `hand` or `object`.
         kind: &'static str,
-        /// The names.
         names: Vec<String>,
     },
     /// The given object is not the one that the file describes.
@@ -422,7 +334,6 @@ pub enum Warning {
     OtherObject {
         /// The name of the object in the file.
         told: String,
-        /// The name of the given object.
         given: String,
     },
 }

@@ -10,6 +10,7 @@ use super::metadata::{HandMetadata, Metadata, ObjectMetadata, SCHEMA_VERSION, So
 /// Reason why files of grasps cannot be one.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages show the fields")]
 pub enum JoinError {
     /// Two hands have the same name.
     #[error(
@@ -17,11 +18,8 @@ pub enum JoinError {
          file gives the name) and make or import its grasps again"
     )]
     OtherHand {
-        /// A file.
         first: String,
-        /// Another file.
         other: String,
-        /// The name.
         name: String,
     },
     /// Two objects have the same name.
@@ -30,11 +28,8 @@ pub enum JoinError {
          `landscape synth` and `import`) and make its grasps again"
     )]
     OtherObject {
-        /// A file.
         first: String,
-        /// Another file.
         other: String,
-        /// The name.
         name: String,
     },
     /// The energies differ.
@@ -43,9 +38,7 @@ pub enum JoinError {
          --config, or leave them apart (`landscape diversity` and `survey` take several files)"
     )]
     OtherEnergy {
-        /// A file.
         first: String,
-        /// Another file.
         other: String,
         /// The first entry that differs, with both values.
         entry: String,
@@ -56,9 +49,7 @@ pub enum JoinError {
          (`landscape stability`), and join the results"
     )]
     OtherProtocol {
-        /// A file.
         first: String,
-        /// Another file.
         other: String,
         /// The first entry that differs, with both values.
         entry: String,
@@ -69,9 +60,7 @@ pub enum JoinError {
          join the results"
     )]
     OtherRule {
-        /// A file.
         first: String,
-        /// Another file.
         other: String,
         /// The first entry that differs, with both values.
         entry: String,
@@ -364,166 +353,4 @@ fn repeated(grasps: &[GraspRow]) -> Vec<[u64; 2]> {
         }
     }
     repeated
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::grasp::Grasp;
-
-    fn file(name: &str, hand: &str, object: (&str, &str), ids: &[u64]) -> (Source, GraspFile) {
-        let row = |id: &u64| GraspRow {
-            id: *id,
-            hand: hand.to_owned(),
-            object: object.0.to_owned(),
-            scale: 1.0,
-            grasp: Grasp::new(vec![*id as f64, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], Vec::new()),
-            ..GraspRow::default()
-        };
-        let metadata = Metadata {
-            command: format!("landscape synth --object {}", object.0),
-            seed: 3,
-            hands: vec![HandMetadata {
-                name: hand.to_owned(),
-                content_hash: format!("hash of {hand}"),
-                ..HandMetadata::default()
-            }],
-            objects: vec![ObjectMetadata {
-                name: object.0.to_owned(),
-                content_hash: object.1.to_owned(),
-                ..ObjectMetadata::default()
-            }],
-            energy: json!({ "layer": { "friction": 0.15 } }),
-            terms: vec!["reach".to_owned()],
-            ..Metadata::default()
-        };
-        let source = Source {
-            name: name.to_owned(),
-            content_hash: format!("hash of {name}"),
-        };
-        let grasps = ids.iter().map(row).collect();
-        (source, GraspFile { metadata, grasps })
-    }
-
-    #[test]
-    fn rows_keep_what_they_were_and_tell_where_from() {
-        let mut one = file("a.parquet", "human", ("mug", "x"), &[7, 9]);
-        one.1.grasps[1].source = "dexgraspnet 4".to_owned();
-        let other = file("b.parquet", "shadow", ("mug", "x"), &[7, 9, 12]);
-        let joined = GraspFile::join(
-            &[one.clone(), other.clone()],
-            "landscape join a.parquet b.parquet",
-        )
-        .unwrap();
-        let told: Vec<(u64, &str, &str)> = (joined.file.grasps.iter())
-            .map(|row| (row.id, row.hand.as_str(), row.source.as_str()))
-            .collect();
-        assert_eq!(
-            told,
-            [
-                (0, "human", "a.parquet 7"),
-                (1, "human", "a.parquet 9: dexgraspnet 4"),
-                (2, "shadow", "b.parquet 7"),
-                (3, "shadow", "b.parquet 9"),
-                (4, "shadow", "b.parquet 12"),
-            ]
-        );
-        let metadata = &joined.file.metadata;
-        assert_eq!(metadata.inputs, [one.0, other.0]);
-        assert_eq!((metadata.hands.len(), metadata.objects.len()), (2, 1));
-        assert_eq!(metadata.seed, 3);
-        assert_eq!(metadata.earlier.len(), 2);
-        assert_eq!(metadata.settings["joined"][1]["name"], "b.parquet");
-        assert!(
-            joined.repeated.is_empty(),
-            "another hand in the same pose is another grasp"
-        );
-    }
-
-    #[test]
-    fn repeated_grasps_and_second_names_are_told() {
-        let one = file("a.parquet", "human", ("mug", "x"), &[1, 2]);
-        let other = file("b.parquet", "human", ("mug", "x"), &[2, 3]);
-        let cup = file("c.parquet", "human", ("cup", "x"), &[1]);
-        let joined = GraspFile::join(&[one, other, cup], "").unwrap();
-        assert_eq!(joined.repeated, [[2, 1]]);
-        assert_eq!(joined.notes.len(), 1, "{:?}", joined.notes);
-        assert!(joined.notes[0].contains("objects mug, cup have the same content"));
-    }
-
-    #[test]
-    fn what_does_not_fit_is_refused() {
-        let one = file("a.parquet", "human", ("mug", "x"), &[1]);
-        let refused = |change: &dyn Fn(&mut GraspFile)| {
-            let mut other = file("b.parquet", "human", ("mug", "x"), &[1]);
-            change(&mut other.1);
-            GraspFile::join(&[one.clone(), other], "")
-                .unwrap_err()
-                .to_string()
-        };
-        let says = |told: String, words: &[&str]| {
-            for word in words {
-                assert!(told.contains(word), "`{word}` is missing in {told}");
-            }
-        };
-        says(
-            refused(&|file| file.metadata.objects[0].content_hash = "y".to_owned()),
-            &[
-                "a.parquet and b.parquet both have an object `mug`",
-                "--name",
-            ],
-        );
-        says(
-            refused(&|file| file.metadata.hands[0].content_hash = "y".to_owned()),
-            &["both have a hand `human`", "rename"],
-        );
-        says(
-            refused(&|file| file.metadata.energy["layer"]["friction"] = json!(0.25)),
-            &[
-                "different energies (energy.layer.friction: 0.15 and 0.25)",
-                "diversity",
-            ],
-        );
-        says(
-            refused(&|file| file.metadata.terms.push("prior".to_owned())),
-            &["different energies (terms: "],
-        );
-        // A protocol or rule of one file only is that of the joined file.
-        let with = |change: &dyn Fn(&mut GraspFile)| {
-            let mut other = file("b.parquet", "human", ("mug", "x"), &[5]);
-            change(&mut other.1);
-            other
-        };
-        let simulated = |name: &str| {
-            with(&|file| {
-                file.metadata.stability = json!({ "protocol": { "name": name }, "engine": "e", "objects": [{ "object": "mug" }] });
-                file.metadata.labels = json!({ "rule": name, "program_version": name });
-            })
-        };
-        let joined = GraspFile::join(&[one.clone(), simulated("drop")], "").unwrap();
-        assert_eq!(joined.file.metadata.stability["protocol"]["name"], "drop");
-        assert_eq!(joined.file.metadata.labels["rule"], "drop");
-        let joined = GraspFile::join(&[simulated("drop"), simulated("drop")], "").unwrap();
-        assert_eq!(
-            joined.file.metadata.stability["objects"]
-                .as_array()
-                .unwrap()
-                .len(),
-            1
-        );
-        let error = GraspFile::join(&[simulated("drop"), simulated("push")], "").unwrap_err();
-        says(
-            error.to_string(),
-            &[
-                "different protocols (protocol.name: \"drop\" and \"push\")",
-                "landscape stability",
-            ],
-        );
-        let labelled = |rule: &str| with(&|file| file.metadata.labels = json!({ "rule": rule }));
-        let error = GraspFile::join(&[labelled("a"), labelled("b")], "").unwrap_err();
-        says(
-            error.to_string(),
-            &["different rules (rule: \"a\" and \"b\")", "landscape label"],
-        );
-    }
 }

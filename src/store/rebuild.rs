@@ -21,28 +21,21 @@ use crate::object::{Description, Object, ObjectError, ObjectParts};
 /// Reasons why a hand, an object or an energy cannot be built from metadata.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages show the fields")]
 pub enum RebuildError {
     /// The file has only the name of a hand.
     #[error("the file does not describe hand `{0}`: name it with --hand")]
     NoHand(String),
     /// The description of a hand is invalid.
     #[error("hand {file}")]
-    Hand {
-        /// The description file.
-        file: String,
-        /// The error.
-        source: HandError,
-    },
+    Hand { file: String, source: HandError },
     /// The description has other joints than the rows.
     #[error(
         "hand `{hand}` does not match: the file was written for joint `{told}` where its description has `{found}`"
     )]
     OtherJoint {
-        /// The hand.
         hand: String,
-        /// The joint in the metadata.
         told: String,
-        /// The joint in the description.
         found: String,
     },
     /// The description has another number of joints or surface points than the rows.
@@ -52,7 +45,6 @@ pub enum RebuildError {
         told[0], told[1], found[0], found[1]
     )]
     OtherSize {
-        /// The hand.
         hand: String,
         /// Numbers of joints and surface points in the metadata.
         told: [usize; 2],
@@ -71,9 +63,7 @@ pub enum RebuildError {
     /// The description of an object is invalid.
     #[error("the description of object `{object}` in the file")]
     Description {
-        /// The object.
         object: String,
-        /// The error.
         source: serde_json::Error,
     },
     /// The mesh of an object is invalid.
@@ -81,12 +71,7 @@ pub enum RebuildError {
     Object(#[from] ObjectError),
     /// An object is heavier or lighter than the limits allow.
     #[error("the mass of object `{object}`")]
-    Mass {
-        /// The object.
-        object: String,
-        /// The mass and the limit.
-        source: Beyond,
-    },
+    Mass { object: String, source: Beyond },
     /// The metadata have an energy of another program or version.
     #[error("the energy in the metadata is not supported by this version")]
     Energy(#[source] serde_json::Error),

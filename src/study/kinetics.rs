@@ -11,7 +11,8 @@ use super::markdown::table;
 use super::network_of_states::NetworkOfStates;
 use crate::figure::MAKER;
 use crate::figure::chart::{Axis, Chart, Corner, Panel, Series};
-use crate::thermal::{Dynamics, Pathway, RateNetwork, SetRates, Unreachable, Watching};
+use crate::thermal::{Dynamics, Pathway, RateNetwork, SetRates, Unreachable};
+use crate::topography::Observer;
 
 /// Settings of [`Kinetics::new`].
 #[derive(Debug, Clone, PartialEq)]
@@ -52,7 +53,7 @@ pub struct Kinetics<'a> {
 }
 
 impl<'a> Kinetics<'a> {
-    /// Computes rates, committors and pathways. `watching` hears of the elimination at each temperature.
+    /// Computes rates, committors and pathways. `observer` hears of the elimination at each temperature.
     ///
     /// # Errors
     /// If curvatures are not known, if no sequence of transition states joins the two sets, or if a temperature is too
@@ -65,7 +66,7 @@ impl<'a> Kinetics<'a> {
         states: &'a NetworkOfStates,
         (sources, targets): (&'a [usize], &'a [usize]),
         settings: &'a KineticsSettings,
-        watching: &Watching<'_>,
+        observer: &Observer<'_>,
     ) -> Result<Self, StudyError> {
         states.check(&settings.temperatures)?;
         if states.database.transition_states.is_empty() && states.left_out > 0 {
@@ -79,7 +80,7 @@ impl<'a> Kinetics<'a> {
             let network = RateNetwork::new(&states.database, *temperature, settings.dynamics)?;
             let shares = wells.occupation(*temperature);
             let share = |set: &[usize]| set.iter().map(|state| shares[*state]).sum();
-            let between = network.between_watched(sources, targets, watching);
+            let between = network.between_watched(sources, targets, observer);
             let known = |rates: Result<SetRates, Unreachable>| {
                 let in_tree = |Unreachable(minimum)| Unreachable(states.numbers[minimum]);
                 rates.map_err(|error| StudyError::from(in_tree(error)))

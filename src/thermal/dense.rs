@@ -11,11 +11,8 @@ use super::log_add;
 const SMALLEST: f64 = 1e-290;
 /// Greatest ln(kₘₐₓ/kₘᵢₙ) at the start, which leaves room for smaller numbers that arise.
 const WIDEST: f64 = 300.0;
-/// Number of states that are eliminated from all rows at once.
-const BLOCK: usize = 32;
-/// Numbers of rows and columns that are changed together, so that the parts of the matrix they need stay in a cache.
+/// Number of rows that one task changes.
 const ROWS: usize = 16;
-const TILE: usize = 512;
 
 /// Rates kᵢⱼ of a network, divided by e^`log_unit`. The states that are eliminated come last, the first one at the end.
 pub(super) struct Dense<'a> {
@@ -66,77 +63,57 @@ impl<'a> Dense<'a> {
 
     /// Eliminates the states and writes what is left of rates and sources into those of the network. `None`, with nothing
     /// written, if a number became too small. `done` hears how many states are eliminated.
-    ///
-    /// Rows of states that stay are changed by [`BLOCK`] eliminations at once, since reading the matrix takes longer than
-    /// computing with it. Each number is the same as by one elimination after the other.
     pub(super) fn eliminate(
         mut self,
         left: &mut [BTreeMap<usize, f64>],
         log_sources: &mut [f64],
         done: &dyn Fn(usize),
     ) -> Option<Vec<Step>> {
-        let count = self.states.len();
+        let (count, log_unit) = (self.states.len(), self.log_unit);
         let mut steps = Vec::with_capacity(count - self.kept.len());
-        let mut end = count;
-        while end > self.kept.len() {
-            let first = self.kept.len().max(end.saturating_sub(BLOCK));
-            let (above, block) = self.rates.split_at_mut(first * count);
-            let (sources, own_sources) = self.log_sources.split_at_mut(first);
-            let mut pivots = Vec::with_capacity(end - first);
-            for last in (first..end).rev() {
-                let (before, own) = block.split_at_mut((last - first) * count);
-                let branches = &own[..last];
-                let pivot = Pivot::new(last, branches, self.log_unit, own_sources[last - first]);
-                let rows = before.chunks_exact_mut(count).zip(&mut own_sources[..]);
-                for (own, (row, source)) in rows.enumerate() {
-                    let factor = pivot.factor(row, source)?;
-                    add(&mut row[..last], &[(factor, branches)]);
-                    row[first + own] = 0.0;
+        for last in (self.kept.len()..count).rev() {
+            let (rows, own) = self.rates.split_at_mut(last * count);
+            let branches = &own[..last];
+            let exit: f64 = branches.iter().sum();
+            let positive = branches.iter().copied().filter(|rate| *rate > 0.0);
+            let smallest = positive.fold(f64::INFINITY, f64::min);
+            // A state without transitions holds what reaches it for ever.
+            let log_gain = self.log_sources[last] - (libm::log(exit) + log_unit);
+            let eliminate = |(place, (row, source)): (usize, (&mut [f64], &mut f64))| {
+                let inflow = row[last];
+                if inflow == 0.0 {
+                    return Some(());
                 }
-                let log_exit = libm::log(pivot.exit);
-                let branches = branches.iter().zip(&self.states);
-                let branches = branches.filter(|(rate, _)| **rate > 0.0);
-                steps.push(Step {
-                    state: self.states[last],
-                    branches: branches
-                        .map(|(rate, state)| (*state, libm::log(*rate) - log_exit))
-                        .collect(),
-                    log_gain: pivot.log_gain,
-                });
-                pivots.push(pivot);
-            }
-            let block = &*block;
-            let branches = |pivot: &Pivot| &block[(pivot.last - first) * count..][..pivot.last];
-            let eliminate = |(group, (rows, sources)): (usize, (&mut [f64], &mut [f64]))| {
-                let mut factors = Vec::with_capacity(ROWS * pivots.len());
-                for (row, source) in rows.chunks_exact_mut(count).zip(sources) {
-                    for pivot in &pivots {
-                        let factor = pivot.factor(row, source)?;
-                        let between = &branches(pivot)[first..];
-                        add(&mut row[first..pivot.last], &[(factor, between)]);
-                        factors.push(factor);
+                *source = log_add(*source, libm::log(inflow) + log_unit + log_gain);
+                if exit > 0.0 {
+                    let factor = inflow / exit;
+                    if factor * smallest < SMALLEST {
+                        return None;
+                    }
+                    for (rate, branch) in row.iter_mut().zip(branches) {
+                        *rate += factor * branch;
                     }
                 }
-                for tile in (0..first).step_by(TILE) {
-                    let tile = tile..first.min(tile + TILE);
-                    let rows = rows.chunks_exact_mut(count);
-                    for (row, factors) in rows.zip(factors.chunks_exact(pivots.len())) {
-                        let parts = factors.iter().zip(&pivots);
-                        let parts = parts.map(|(f, pivot)| (*f, &branches(pivot)[tile.clone()]));
-                        add(&mut row[tile.clone()], &parts.collect::<Vec<_>>());
-                    }
-                }
-                for (own, row) in rows.chunks_exact_mut(count).enumerate() {
-                    row[group * ROWS + own] = 0.0;
-                }
+                row[place] = 0.0;
                 Some(())
             };
-            let groups = above
-                .par_chunks_mut(ROWS * count)
-                .zip(sources.par_chunks_mut(ROWS));
-            groups.enumerate().map(eliminate).collect::<Option<()>>()?;
-            done(count - first);
-            end = first;
+            let rows = rows
+                .par_chunks_exact_mut(count)
+                .zip(&mut self.log_sources[..last]);
+            (rows.enumerate().with_min_len(ROWS))
+                .map(eliminate)
+                .collect::<Option<()>>()?;
+            let log_exit = libm::log(exit);
+            let branches = branches.iter().zip(&self.states);
+            let branches = branches.filter(|(rate, _)| **rate > 0.0);
+            steps.push(Step {
+                state: self.states[last],
+                branches: branches
+                    .map(|(rate, state)| (*state, libm::log(*rate) - log_exit))
+                    .collect(),
+                log_gain,
+            });
+            done(count - last);
         }
         for state in &self.states {
             left[*state].clear();
@@ -150,62 +127,5 @@ impl<'a> Dense<'a> {
                 .collect();
         }
         Some(steps)
-    }
-}
-
-/// A state that is eliminated.
-struct Pivot {
-    last: usize,
-    exit: f64,
-    smallest: f64,
-    log_unit: f64,
-    log_gain: f64,
-}
-
-impl Pivot {
-    fn new(last: usize, branches: &[f64], log_unit: f64, log_source: f64) -> Self {
-        let exit: f64 = branches.iter().sum();
-        let positive = branches.iter().copied().filter(|rate| *rate > 0.0);
-        Self {
-            last,
-            exit,
-            smallest: positive.fold(f64::INFINITY, f64::min),
-            log_unit,
-            // A state without transitions holds what reaches it for ever.
-            log_gain: log_source - (libm::log(exit) + log_unit),
-        }
-    }
-
-    /// Adds to the source of a row and returns by what the branches are multiplied that its rates gain; `None` if a number
-    /// became too small.
-    fn factor(&self, row: &[f64], source: &mut f64) -> Option<f64> {
-        let inflow = row[self.last];
-        if inflow == 0.0 {
-            return Some(0.0);
-        }
-        let log_inflow = libm::log(inflow) + self.log_unit;
-        *source = log_add(*source, log_inflow + self.log_gain);
-        if self.exit == 0.0 {
-            return Some(0.0);
-        }
-        let factor = inflow / self.exit;
-        (factor * self.smallest >= SMALLEST).then_some(factor)
-    }
-}
-
-/// Adds multiples to a row, one after the other.
-fn add(row: &mut [f64], parts: &[(f64, &[f64])]) {
-    let mut fours = parts.chunks_exact(4);
-    for four in &mut fours {
-        let [a, b, c, d] = [four[0], four[1], four[2], four[3]];
-        let branches = a.1.iter().zip(b.1).zip(c.1).zip(d.1);
-        for (rate, (((one, two), three), last)) in row.iter_mut().zip(branches) {
-            *rate = *rate + a.0 * one + b.0 * two + c.0 * three + d.0 * last;
-        }
-    }
-    for (factor, branches) in fours.remainder() {
-        for (rate, branch) in row.iter_mut().zip(*branches) {
-            *rate += factor * branch;
-        }
     }
 }

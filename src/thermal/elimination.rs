@@ -1,7 +1,6 @@
 //! Elimination of states from a network of rates: graph transformation.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
 
 use super::dense::Dense;
 use super::{log_add, log_sum};
@@ -51,86 +50,6 @@ pub(super) struct Step {
     pub(super) log_gain: f64,
 }
 
-/// What is left of a network when its states have many neighbours. Eliminating these takes nearly all of the time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Core {
-    /// Number of states.
-    pub states: usize,
-    /// Memory of their rates, bytes.
-    pub bytes: f64,
-    /// About how long they take on the cores of this process, seconds.
-    pub seconds: f64,
-    /// Whether it may take much longer, because later eliminations give the states more neighbours.
-    pub at_least: bool,
-}
-
-impl Core {
-    /// A matrix of all states, which all cores eliminate.
-    fn matrix(states: usize) -> Self {
-        let count = states as f64;
-        Self {
-            states,
-            bytes: count * count * 8.0,
-            seconds: count * count * count / 3.0 * SECONDS / rayon::current_num_threads() as f64,
-            at_least: false,
-        }
-    }
-
-    /// Maps of states of which each has so many neighbours or more.
-    fn maps(states: usize, neighbours: usize) -> Self {
-        let (count, near) = (states as f64, neighbours as f64);
-        Self {
-            states,
-            bytes: count * near * MAP_BYTES,
-            seconds: count * near * near * MAP_SECONDS,
-            at_least: true,
-        }
-    }
-}
-
-/// Hears of a long elimination.
-#[derive(Clone, Copy)]
-pub struct Watching<'a> {
-    /// How many states are eliminated.
-    pub progress: &'a Observer<'a>,
-    /// The costly rest, before it is begun.
-    pub core: &'a (dyn Fn(Core) + Sync),
-}
-
-impl Watching<'_> {
-    fn tell(&self, done: usize, total: usize) {
-        (self.progress)(Progress {
-            phase: Phase::Eliminate,
-            done,
-            total,
-            round: None,
-        });
-    }
-}
-
-impl Default for Watching<'_> {
-    fn default() -> Self {
-        Self {
-            progress: &|_| (),
-            core: &|_| (),
-        }
-    }
-}
-
-impl fmt::Debug for Watching<'_> {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.debug_struct("Watching").finish_non_exhaustive()
-    }
-}
-
-/// Time of a sum in a matrix on one core, and time and memory of one in maps: measured, and rounded up.
-const SECONDS: f64 = 0.5e-9;
-const MAP_SECONDS: f64 = 1e-7;
-const MAP_BYTES: f64 = 50.0;
-/// Maps that cost less are not told, seconds. They are told again when the cost has grown by this factor.
-const LONG: f64 = 60.0;
-const TOLD_AGAIN: f64 = 10.0;
-
 /// Whether w counts in the values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Gains {
@@ -145,8 +64,8 @@ pub(super) enum Gains {
 const FULL: f64 = 0.04;
 /// Fewer states are not worth a matrix.
 const FEWEST: usize = 64;
-/// Progress is told after this many states.
-const TOLD: usize = 64;
+/// Number of states between two reports of progress.
+const REPORTED: usize = 64;
 /// More states need too much memory (8 bytes for each pair).
 const MOST: usize = 12_000;
 
@@ -156,7 +75,7 @@ impl Elimination {
         rates: &[BTreeMap<usize, f64>],
         kept: &[bool],
         log_sources: Vec<f64>,
-        watching: &Watching<'_>,
+        observer: &Observer<'_>,
     ) -> Self {
         let mut left = rates.to_vec();
         let mut into: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); left.len()];
@@ -176,25 +95,25 @@ impl Elimination {
             .collect();
         let kept: Vec<usize> = (0..left.len()).filter(|state| kept[*state]).collect();
         let mut steps = Vec::with_capacity(queue.len());
-        let (mut may_be_dense, mut told) = (true, LONG / TOLD_AGAIN);
+        let mut may_be_dense = true;
         let total = queue.len();
-        let tell = |done: usize| watching.tell(done, total);
+        let tell = |done: usize| {
+            if done.is_multiple_of(REPORTED) || done == total {
+                observer(Progress {
+                    phase: Phase::Eliminate,
+                    done,
+                    total,
+                    round: None,
+                });
+            }
+        };
         while let Some((neighbours, state)) = queue.pop_first() {
             let remaining = kept.len() + queue.len() + 1;
             let is_full = remaining >= FEWEST && neighbours as f64 > FULL * remaining as f64;
-            let maps = Core::maps(remaining, neighbours);
-            if !(is_full && may_be_dense && remaining <= MOST) && maps.seconds >= TOLD_AGAIN * told
-            {
-                (watching.core)(maps);
-                told = maps.seconds;
-            }
-            if steps.len() % TOLD == 0 {
-                tell(steps.len());
-            }
+            tell(steps.len());
             if may_be_dense && is_full && remaining <= MOST {
                 let mut order: Vec<usize> = vec![state];
                 order.extend(queue.iter().map(|(_, state)| *state));
-                (watching.core)(Core::matrix(remaining));
                 let before = steps.len();
                 if let Some(dense) = Dense::new(&left, &source, &kept, &order)
                     && let Some(done) = dense.eliminate(&mut left, &mut source, &|more| {

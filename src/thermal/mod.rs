@@ -16,7 +16,7 @@ mod pathways;
 mod rates;
 mod superposition;
 
-pub use elimination::{Core, Unreachable, Watching};
+pub use elimination::Unreachable;
 pub use measures::{Funnels, SAME, count_superbasins, frustration, range_of_energies, superbasins};
 pub use pathways::Pathway;
 pub use rates::{Between, Dynamics, RateNetwork, SetRates};

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use super::elimination::{Elimination, Gains, Unreachable, Watching};
+use super::elimination::{Elimination, Gains, Unreachable};
 use super::superposition::{Missing, Well};
 use super::{log_add, log_sum};
+use crate::topography::Observer;
 use crate::topography::exchange::Database;
 
 /// How a system crosses a transition state.
@@ -205,10 +206,10 @@ impl RateNetwork {
     /// # Panics
     /// If one of the sets is empty, a state does not exist, or a state is in both.
     pub fn between(&self, sources: &[usize], targets: &[usize]) -> Between {
-        self.between_watched(sources, targets, &Watching::default())
+        self.between_watched(sources, targets, &|_| ())
     }
 
-    /// As [`RateNetwork::between`], with news of a long elimination.
+    /// As [`RateNetwork::between`], where `observer` hears of the elimination.
     ///
     /// # Panics
     /// As [`RateNetwork::between`].
@@ -216,7 +217,7 @@ impl RateNetwork {
         &self,
         sources: &[usize],
         targets: &[usize],
-        watching: &Watching<'_>,
+        observer: &Observer<'_>,
     ) -> Between {
         assert!(!sources.is_empty() && !targets.is_empty(), "a set is empty");
         let mut kept = self.marked(sources);
@@ -227,7 +228,7 @@ impl RateNetwork {
             kept[*target] = true;
         }
         let none = vec![0.0; self.states()];
-        let elimination = Elimination::new(&self.rates, &kept, none, watching);
+        let elimination = Elimination::new(&self.rates, &kept, none, observer);
         let mut committors = vec![f64::NEG_INFINITY; self.states()];
         for target in targets {
             committors[*target] = 0.0;
@@ -249,7 +250,7 @@ impl RateNetwork {
         let is_source = self.marked(sources);
         let kept: Vec<bool> = is_source.iter().map(|source| !source).collect();
         let sources_left = others.log_sources.clone();
-        let elimination = Elimination::new(&others.left, &kept, sources_left, &Watching::default());
+        let elimination = Elimination::new(&others.left, &kept, sources_left, &|_| ());
         let mut times = vec![f64::INFINITY; self.states()];
         for target in targets {
             times[*target] = f64::NEG_INFINITY;

@@ -210,7 +210,7 @@ fn checked(temperature: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::topography::exchange::{MinimumEntry, TransitionStateEntry};
+    use crate::topography::exchange::MinimumEntry;
 
     fn database(minima: &[(f64, f64, u32)]) -> Database {
         Database {
@@ -271,49 +271,6 @@ mod tests {
             hot[3] / hot[2],
             libm::exp(0.05_f64) / 4.0,
             max_relative = 1e-6
-        );
-    }
-
-    #[test]
-    fn free_energies_give_the_rates() {
-        let mut database = database(&[(0.0, 4.0, 2), (0.3, 3.5, 1)]);
-        database.transition_states.push(TransitionStateEntry {
-            energy: 2.0,
-            ends: [0, 1],
-            vibrations: Some(Vibrations {
-                log_product: 2.5,
-                point_group_order: 1,
-                ..Vibrations::default()
-            }),
-        });
-        let temperature = 0.4;
-        let wells = Superposition::new(&database).unwrap();
-        let free = wells.free_energy_landscape(&database, temperature).unwrap();
-        let barrier = free.transition_states[0].energy - free.minima[0].energy;
-        let rate = temperature / std::f64::consts::TAU * libm::exp(-barrier / temperature);
-        // (o/o‡) (∏ω/∏ω‡)/2π exp(−ΔV/T)
-        let expected = 2.0 * libm::exp(0.5_f64 * (4.0 - 2.5)) / std::f64::consts::TAU
-            * libm::exp(-2.0_f64 / temperature);
-        approx::assert_relative_eq!(rate, expected, max_relative = 1e-12);
-        let lowest = free.minima.iter().map(|minimum| minimum.energy);
-        assert!(lowest.fold(f64::INFINITY, f64::min).abs() < 1e-15);
-        // Hot: the wide minimum is the lowest, and no pass is below a minimum.
-        let hot = wells.free_energy_landscape(&database, 50.0).unwrap();
-        let height = hot.transition_states[0].energy;
-        assert!(hot.minima.iter().all(|minimum| minimum.energy <= height));
-    }
-
-    #[test]
-    fn what_is_missing_is_told() {
-        assert_eq!(
-            Superposition::new(&Database::default()).unwrap_err(),
-            Missing::Minima
-        );
-        let mut unknown = database(&[(0.0, 1.0, 1), (1.0, 1.0, 1)]);
-        unknown.minima[1].vibrations = None;
-        assert_eq!(
-            Superposition::new(&unknown).unwrap_err(),
-            Missing::MinimumVibrations(1)
         );
     }
 }

@@ -231,11 +231,7 @@ pub(super) fn leave(
         let end = quench(energy, &walk.state.coordinates, descent);
         quenching += end.evaluations;
         if !sameness.holds(kernel.space(), &end.x, end.energy, from) {
-            let reached = Minimum {
-                coordinates: end.x,
-                energy: end.energy,
-                members: Vec::new(),
-            };
+            let reached = Minimum::bare(end.x, end.energy);
             return (Some((reached, kept)), 1 + walk.steps + quenching);
         }
     }

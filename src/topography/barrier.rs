@@ -66,22 +66,13 @@ pub struct Connection {
 }
 
 impl Connection {
-    /// A connection whose height is given, without a path.
-    pub(super) fn by_definition(
-        (from, to): (MinimumId, MinimumId),
-        height: f64,
-        length: f64,
-    ) -> Self {
+    /// A connection of which no chains, passes and evaluations are known.
+    pub(crate) fn new(from: MinimumId, to: MinimumId, edge: Edge, path: Path) -> Self {
         Self {
             from,
             to,
-            edge: Edge {
-                height,
-                evidence: Evidence::Path,
-                term: None,
-                length,
-            },
-            path: Path::default(),
+            edge,
+            path,
             forward: Vec::new(),
             backward: Vec::new(),
             start: None,
@@ -247,25 +238,12 @@ impl Connector<'_> {
             self.sameness,
             pair.known,
         );
-        let mut connection = Connection {
-            from: pair.ids.0,
-            to: pair.ids.1,
-            edge: Edge {
-                height: f64::INFINITY,
-                evidence: Evidence::None,
-                term: None,
-                length: energy
-                    .space()
-                    .distance(&minima.0.coordinates, &minima.1.coordinates),
-            },
-            path: Path::default(),
-            forward: Vec::new(),
-            backward: Vec::new(),
-            start: None,
-            invalid_reason: None,
-            crossings: Vec::new(),
-            evaluations: 0,
+        let unreached = Edge {
+            length: (energy.space()).distance(&minima.0.coordinates, &minima.1.coordinates),
+            ..Edge::bare(f64::INFINITY, Evidence::None)
         };
+        let (from, to) = pair.ids;
+        let mut connection = Connection::new(from, to, unreached, Path::default());
         if let Some(outcome) = outcome {
             let found = outcome.height.is_finite();
             connection.edge = Edge {

@@ -1,17 +1,13 @@
-//! Minima: descents, removal of duplicates, and basin hopping if no population is given.
+//! Minima: descents and removal of duplicates.
 
-use crate::sample::standard_normal;
-use rand::RngExt;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::Phase;
 use super::journal::{JournalError, Run, bits};
 use super::linkage::linkage;
 use super::network::Minimum;
-use super::{Phase, Tally};
 use crate::energy::Energy;
 use crate::optimize::{Quench, QuenchSettings, StopReason, quench};
-use crate::sample::{Rng, Task, stream};
 use crate::space::Space;
 
 /// Tolerance within which two stationary points are the same. Both values have units. The defaults suit a surface whose
@@ -79,9 +75,9 @@ pub fn quench_all(
         &tally,
         &rows,
         |(row, _)| format!("quench/{row}"),
-        |(_, start)| QuenchRecord::from(quench(energy, start, settings)),
+        |(_, start)| QuenchRecord(quench(energy, start, settings)),
     )?;
-    Ok(found.into_iter().map(Quench::from).collect())
+    Ok(found.into_iter().map(|found| found.0).collect())
 }
 
 /// Returns the distinct minima among `found`, lowest first, and the rejected rows, with gradients above `max_gradient`.
@@ -116,11 +112,7 @@ pub fn distinct(
     for (i, row) in sorted.iter().enumerate() {
         // Rows are sorted by energy, so the first row of a set is its lowest.
         let place = *number[sets.find(i)].get_or_insert_with(|| {
-            minima.push(Minimum {
-                coordinates: found[*row].x.clone(),
-                energy: found[*row].energy,
-                members: Vec::new(),
-            });
+            minima.push(Minimum::bare(found[*row].x.clone(), found[*row].energy));
             minima.len() - 1
         });
         minima[place].members.push(*row);
@@ -142,167 +134,13 @@ fn order(a: &Quench, b: &Quench) -> std::cmp::Ordering {
     })
 }
 
-/// Settings of [`hop`].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct HoppingSettings {
-    /// Settings of the descents.
-    pub quench: QuenchSettings,
-    /// Tolerance within which two minima are the same.
-    pub sameness: MatchTolerance,
-    /// Root-mean-square length of a random displacement.
-    pub kick: f64,
-    /// Temperature of the Metropolis rule, in units of the energy.
-    pub temperature: f64,
-    /// The run ends when (hops since the last new minimum) reaches this number times (minima found), over all walkers.
-    pub patience: usize,
-    /// Greatest number of hops of a walker.
-    pub max_hops: usize,
-    /// Seed of the walkers.
-    pub seed: u64,
-}
-
-impl Default for HoppingSettings {
-    fn default() -> Self {
-        Self {
-            quench: QuenchSettings::default(),
-            sameness: MatchTolerance::default(),
-            kick: 1.0,
-            temperature: 1.0,
-            patience: 100,
-            max_hops: 50_000,
-            seed: 0,
-        }
-    }
-}
-
-/// Basin hopping with one walker from each of `starts`. A walker displaces its minimum at random, descends, and accepts the
-/// result by the Metropolis rule. The walkers stop when they have together found nothing new for long, relative to the
-/// number of minima found. Returns the distinct minima; their members are the walkers that found them.
-///
-/// D. J. Wales and J. P. K. Doye, J. Phys. Chem. A 101, 5111 (1997). Every second walker accepts every hop, because the
-/// Metropolis rule keeps a walker among low minima and it rarely finds high ones. Descents that do not converge (evaporated
-/// clusters) are ignored. No expected number of minima is used. The journal of `run` is not used.
-pub fn hop(
-    energy: &dyn Energy,
-    starts: &[Vec<f64>],
-    settings: &HoppingSettings,
-    run: &Run<'_>,
-) -> Vec<Minimum> {
-    let space = energy.space();
-    let mut walkers: Vec<Walker> = (starts.par_iter().enumerate())
-        .map(|(id, start)| Walker::new(energy, start, id, settings))
-        .collect();
-    let mut pool: Vec<Quench> = Vec::new();
-    let mut seen_by: Vec<Vec<usize>> = Vec::new();
-    let (mut hops, mut idle) = (0, 0);
-    let most = settings.max_hops * walkers.len();
-    while !walkers.is_empty() && hops < most && idle < settings.patience * pool.len().max(1) {
-        let expected = hops - idle + settings.patience * pool.len().max(1);
-        let tally = Tally::after(Phase::Hop, hops, expected, run.observer);
-        let rounds: Vec<Vec<Quench>> = walkers
-            .par_iter_mut()
-            .map(|walker| {
-                let hop = |_| {
-                    let end = walker.hop(energy, settings);
-                    tally.tick();
-                    end
-                };
-                (0..ROUND).map(hop).collect()
-            })
-            .collect();
-        for (walker, ends) in rounds.into_iter().enumerate() {
-            for end in ends {
-                hops += 1;
-                idle += 1;
-                if end.stop != StopReason::Converged {
-                    continue;
-                }
-                let known = pool.iter().position(|old| {
-                    (old.energy - end.energy).abs() <= settings.sameness.energy
-                        && space.within(&old.x, &end.x, settings.sameness.distance)
-                });
-                if let Some(known) = known {
-                    seen_by[known].push(walker);
-                } else {
-                    pool.push(end);
-                    seen_by.push(vec![walker]);
-                    idle = 0;
-                }
-            }
-        }
-    }
-    let (mut minima, _) = distinct(energy, &pool, &settings.sameness, f64::INFINITY);
-    for minimum in &mut minima {
-        let rows = minimum.members.iter();
-        minimum.members = rows.flat_map(|row| seen_by[*row].iter().copied()).collect();
-        minimum.members.sort_unstable();
-        minimum.members.dedup();
-    }
-    minima
-}
-
-/// Hops of every walker between two comparisons of all results.
-const ROUND: usize = 8;
-
-struct Walker {
-    here: Quench,
-    rng: Rng,
-    /// Temperature of its Metropolis rule.
-    temperature: f64,
-    first: bool,
-}
-
-impl Walker {
-    fn new(energy: &dyn Energy, start: &[f64], id: usize, settings: &HoppingSettings) -> Self {
-        Self {
-            here: quench(energy, start, &settings.quench),
-            rng: stream(settings.seed, Task::BasinHopping, id as u64),
-            temperature: if id % 2 == 1 {
-                f64::INFINITY
-            } else {
-                settings.temperature
-            },
-            first: true,
-        }
-    }
-
-    /// Makes one hop and returns its end, whether accepted or not. The first call returns the descent from the start.
-    fn hop(&mut self, energy: &dyn Energy, settings: &HoppingSettings) -> Quench {
-        if std::mem::take(&mut self.first) {
-            return self.here.clone();
-        }
-        let space = energy.space();
-        let scales = space.step_scales();
-        let share = settings.kick / (scales.iter().map(|s| s * s).sum::<f64>()).sqrt();
-        let kick: Vec<f64> = scales
-            .iter()
-            .map(|s| {
-                let noise = standard_normal(&mut self.rng);
-                share * s * noise
-            })
-            .collect();
-        let mut x = self.here.x.clone();
-        space.exp(&mut x, &kick);
-        let next = quench(energy, &x, &settings.quench);
-        let chance: f64 = self.rng.random();
-        let settled = |quench: &Quench| quench.stop == StopReason::Converged;
-        let accepted = match (settled(&next), settled(&self.here)) {
-            (true, true) => chance < libm::exp((self.here.energy - next.energy) / self.temperature),
-            (true, false) => true,
-            (false, true) => false,
-            (false, false) => next.energy < self.here.energy,
-        };
-        if accepted {
-            self.here = next.clone();
-        }
-        next
-    }
-}
-
 /// A [`Quench`] that is stored bit for bit.
 #[derive(Serialize, Deserialize)]
-pub(super) struct QuenchRecord {
+pub(super) struct QuenchRecord(#[serde(with = "Bits")] pub(super) Quench);
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Quench")]
+struct Bits {
     #[serde(with = "bits::list")]
     x: Vec<f64>,
     #[serde(with = "bits::number")]
@@ -313,35 +151,12 @@ pub(super) struct QuenchRecord {
     stop: StopReason,
 }
 
-impl From<Quench> for QuenchRecord {
-    fn from(quench: Quench) -> Self {
-        Self {
-            x: quench.x,
-            energy: quench.energy,
-            gradient_norm: quench.gradient_norm,
-            evaluations: quench.evaluations,
-            stop: quench.stop,
-        }
-    }
-}
-
-impl From<QuenchRecord> for Quench {
-    fn from(record: QuenchRecord) -> Self {
-        Self {
-            x: record.x,
-            energy: record.energy,
-            gradient_norm: record.gradient_norm,
-            evaluations: record.evaluations,
-            stop: record.stop,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::energy::model::MullerBrown;
-    use crate::topography::MemoryJournal;
+    use crate::sample::{Task, stream};
+    use rand::RngExt;
 
     fn starts(count: u64) -> Vec<Vec<f64>> {
         (0..count)
@@ -387,22 +202,5 @@ mod tests {
         assert_eq!(rejected.len(), 5);
         assert_eq!(rejected[3].row, 3);
         assert_eq!(rejected[3].stop, StopReason::Budget);
-    }
-
-    #[test]
-    fn remembered_descents_are_not_repeated() {
-        let (energy, journal) = (MullerBrown::new(), MemoryJournal::default());
-        let counted = crate::energy::Counted::new(&energy);
-        let settings = QuenchSettings::default();
-        let run = Run {
-            journal: &journal,
-            ..Run::default()
-        };
-        let first = quench_all(&counted, &starts(5), &settings, &run).unwrap();
-        let spent = counted.evaluations();
-        assert_eq!(journal.len(), 5);
-        let second = quench_all(&counted, &starts(5), &settings, &run).unwrap();
-        assert_eq!(first, second);
-        assert_eq!(counted.evaluations(), spent);
     }
 }

@@ -40,9 +40,9 @@ pub use groups::{GroupSettings, Groups, Level};
 pub use journal::{GuardedJournal, Journal, JournalError, MemoryJournal, Run};
 pub use landscape::{Landscape, NoMinimum};
 pub use merges::{Merge, minimax_path};
-pub use minima::{HoppingSettings, MatchTolerance, Rejected, distinct, hop, quench_all};
+pub use minima::{MatchTolerance, Rejected, distinct, quench_all};
 pub use network::{Edge, Evidence, Minimum, MinimumId, Network};
-pub use path::{LoweringSettings, Pass, Path, PathMethod, PathSettings};
+pub use path::{LoweringSettings, Pass, Path, PathSettings};
 pub(crate) use progress::Tally;
 pub use progress::{Observer, Phase, Progress};
 pub use rarefaction::{Completeness, LEAST_MEMBERS, Rarefaction, Rarefied};
@@ -52,9 +52,12 @@ pub(crate) use scales::median;
 #[cfg(feature = "cli")]
 pub(crate) use search::mark_branches;
 pub use search::{
-    Coverage, Doubt, Draw, Exploration, Further, Limits, LowestReport, LowestSettings, LowestTrace,
-    Refused, SearchEnd, SearchSettings, SizeProbe, TransitionState, explore, explore_from,
-    explore_lowest, in_box, probe_size,
+    Coverage, Doubt, Draw, Exploration, Further, Limits, Refused, SearchEnd, SearchSettings,
+    TransitionState, explore, explore_from, in_box,
+};
+#[cfg(feature = "chemistry")]
+pub use search::{
+    LowestReport, LowestSettings, LowestTrace, SizeProbe, explore_lowest, probe_size,
 };
 pub use sequential::{Sequential, SequentialSettings, sequential};
 pub use support::{Attempt, Attempts, Searched, chance_of_lower};

@@ -18,6 +18,18 @@ pub struct Minimum {
     pub members: Vec<usize>,
 }
 
+impl Minimum {
+    /// A minimum without members.
+    pub(crate) fn bare(coordinates: Vec<f64>, energy: f64) -> Self {
+        let members = Vec::new();
+        Self {
+            coordinates,
+            energy,
+            members,
+        }
+    }
+}
+
 /// Evidence for a connection, from best to worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -28,7 +40,7 @@ pub enum Evidence {
     Given,
     /// Relaxed path: its perpendicular force is below the tolerance, and doubling the images does not change its height.
     Path,
-    /// Upper bound from attraction–diffusion, or from a band that did not relax.
+    /// Upper bound from attraction–diffusion, or from a string that did not relax.
     Chain,
     /// The minima were not connected within the budget.
     None,
@@ -45,6 +57,18 @@ pub struct Edge {
     pub term: Option<String>,
     /// Length of the path in the metric of the space.
     pub length: f64,
+}
+
+impl Edge {
+    /// A connection of unknown term and length.
+    pub(crate) fn bare(height: f64, evidence: Evidence) -> Self {
+        Self {
+            height,
+            evidence,
+            term: None,
+            length: 0.0,
+        }
+    }
 }
 
 /// Minima as nodes (node index = [`MinimumId`]), connections as edges.

@@ -249,13 +249,7 @@ mod tests {
             let radius = f64::from(i).sqrt();
             vec![radius * libm::cos(angle), radius * libm::sin(angle)]
         };
-        let minima: Vec<Minimum> = (0..150)
-            .map(|i| Minimum {
-                coordinates: point(i),
-                energy: 0.0,
-                members: Vec::new(),
-            })
-            .collect();
+        let minima: Vec<Minimum> = (0..150).map(|i| Minimum::bare(point(i), 0.0)).collect();
         let kept = BetweenMinima::new(&space, &minima);
         let measured = BetweenMinima {
             kept: Vec::new(),
@@ -314,13 +308,7 @@ mod tests {
             let coordinates = 0..space.coordinates();
             coordinates.map(|_| rng.random_range(-1.0..1.0)).collect()
         };
-        let minima: Vec<Minimum> = (0..n)
-            .map(|_| Minimum {
-                coordinates: point(),
-                energy: 0.0,
-                members: Vec::new(),
-            })
-            .collect();
+        let minima: Vec<Minimum> = (0..n).map(|_| Minimum::bare(point(), 0.0)).collect();
         let counting = Counting(BetweenMinima::new(space, &minima), AtomicU64::new(0));
         let pairs = candidates(&counting, 3);
         let matrix: Vec<Vec<f64>> = (0..n)

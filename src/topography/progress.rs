@@ -12,8 +12,6 @@ pub enum Phase {
     Hop,
     /// Searching for saddles. The total assumes that nothing new is found.
     Search,
-    /// Choosing pairs.
-    Pairs,
     /// Joining near minima that only the roughness of the energy divides.
     Ripple,
     /// Connecting near pairs.
@@ -58,7 +56,7 @@ impl Phase {
             Self::Synthesize => "chains",
             Self::Cut => "cutting the object into convex pieces, the first time only",
             Self::Simulate | Self::Label | Self::Judge => "grasps",
-            Self::Hop | Self::Pairs => "searching",
+            Self::Hop => "searching",
             Self::Eliminate => "eliminating minima",
         }
     }

@@ -250,12 +250,7 @@ impl SequentialBuilder<'_> {
             network.add_node(minimum.clone());
         }
         for ((a, b), contact) in known {
-            let edge = Edge {
-                height: contact.barrier,
-                evidence: Evidence::Chain,
-                term: None,
-                length: 0.0,
-            };
+            let edge = Edge::bare(contact.barrier, Evidence::Chain);
             network.add_edge(NodeIndex::new(*a), NodeIndex::new(*b), edge);
         }
         let tree = Tree::from_network(&network, Evidence::Chain);
@@ -425,32 +420,26 @@ impl SequentialBuilder<'_> {
         }
         contact.path.unfold(space);
         let top = contact.path.images.get(contact.path.top());
-        let reached = contact.barrier.is_finite();
         let ends = (&self.minima[a], &self.minima[b]);
+        let (evidence, length) = if contact.barrier.is_finite() {
+            (Evidence::Chain, contact.path.length(space))
+        } else {
+            let [a, b] = [ends.0, ends.1].map(|end| &end.coordinates);
+            (Evidence::None, space.distance(a, b))
+        };
+        let edge = Edge {
+            term: top.and_then(|top| super::barrier::rising_term(self.energy, top, ends)),
+            length,
+            ..Edge::bare(contact.barrier, evidence)
+        };
+        let (from, to) = (MinimumId(one.min(other)), MinimumId(one.max(other)));
         Connection {
-            from: MinimumId(one.min(other)),
-            to: MinimumId(one.max(other)),
-            edge: Edge {
-                height: contact.barrier,
-                evidence: if reached {
-                    Evidence::Chain
-                } else {
-                    Evidence::None
-                },
-                term: top.and_then(|top| super::barrier::rising_term(self.energy, top, ends)),
-                length: if reached {
-                    contact.path.length(space)
-                } else {
-                    space.distance(&ends.0.coordinates, &ends.1.coordinates)
-                },
-            },
             invalid_reason: top.and_then(|top| self.energy.invalid_reason(top)),
-            path: contact.path,
             forward: contact.forward,
             backward: contact.backward,
             start: contact.start,
-            crossings: Vec::new(),
             evaluations: contact.evaluations,
+            ..Connection::new(from, to, edge, contact.path)
         }
     }
 }

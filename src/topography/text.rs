@@ -1,12 +1,10 @@
-//! The map in text formats: Newick, DOT and JSON for trees, GraphML for graphs, JSON for everything.
+//! The map in text formats: Newick, DOT and JSON for trees, GraphML for graphs.
 
 use std::fmt::{Display, Write};
 
 use petgraph::visit::EdgeRef;
 use serde::Serialize;
-use serde_json::{Value, json};
 
-use super::landscape::Landscape;
 use super::network::{Evidence, MinimumId, Network};
 use super::tree::{NodeId, Tree};
 use crate::printable::printable;
@@ -312,55 +310,6 @@ fn escaped(text: &str) -> String {
         .replace('\r', "&#13;")
 }
 
-impl Landscape {
-    /// Minima, connections (without paths), tree and groups as JSON. An unknown height is `null`.
-    pub fn to_json(&self) -> Value {
-        let minima: Vec<Value> = self
-            .network
-            .node_weights()
-            .map(|minimum| {
-                json!({
-                    "energy": minimum.energy,
-                    "members": minimum.members,
-                    "coordinates": minimum.coordinates,
-                })
-            })
-            .collect();
-        let connections: Vec<Value> = self
-            .connections
-            .iter()
-            .map(|connection| {
-                json!({
-                    "from": connection.from,
-                    "to": connection.to,
-                    "height": connection.edge.height,
-                    "evidence": connection.edge.evidence,
-                    "term": connection.edge.term,
-                    "length": connection.edge.length,
-                    "chains_forward": connection.forward,
-                    "chains_backward": connection.backward,
-                    "start": connection.start,
-                    "objection": connection.invalid_reason,
-                    "evaluations": connection.evaluations,
-                })
-            })
-            .collect();
-        let evidence: serde_json::Map<String, Value> = self
-            .tally()
-            .into_iter()
-            .map(|(evidence, count)| (evidence.name().to_owned(), json!(count)))
-            .collect();
-        json!({
-            "minima": minima,
-            "connections": connections,
-            "tree": self.tree,
-            "groups": self.groups,
-            "evidence": evidence,
-            "evaluations": self.evaluations,
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -401,46 +350,5 @@ mod tests {
         assert_eq!(text.matches(" -- ").count(), 4);
         assert!(text.contains("n4 -- n2 [style=dashed];"), "{text}");
         assert!(text.contains("n3 -- n0;"), "{text}");
-    }
-
-    #[test]
-    fn json_is_read_back() {
-        let tree = Tree::from_network(&example(), Evidence::Chain);
-        let text = tree_json(&tree, &[], |id| format!("m{}", id.0));
-        let value: Value = serde_json::from_str(&text).unwrap();
-        assert_eq!(value["nodes"][1]["name"], "m1");
-        assert_eq!(value["nodes"][4]["leaves"], 3);
-        assert_eq!(serde_json::from_str::<Tree>(&text).unwrap(), tree);
-    }
-
-    #[test]
-    fn graphml_escapes_names_and_omits_what_was_never_reached() {
-        let text = graphml(&example(), &[], |id| format!("<{}>", id.0));
-        assert!(text.contains("<data key=\"name\">&lt;0&gt;</data>"));
-        assert_eq!(text.matches("<edge ").count(), 2);
-        assert!(text.contains(
-            "<edge source=\"m1\" target=\"m2\"><data key=\"height\">4</data><data key=\"barrier\">3</data><data key=\"evidence\">path</data>"
-        ));
-    }
-
-    #[test]
-    fn support_is_told_where_it_is_known() {
-        let tree = Tree::from_network(&example(), Evidence::Chain);
-        let support = [None, None, None, Some(0.955), Some(1.0)];
-        let name = |id: MinimumId| format!("m{}", id.0);
-        assert_eq!(
-            newick(&tree, &support, name),
-            "('m2':3,('m0':2,'m1':1.5)95.5[&energy=2]:2)100[&energy=4];\n"
-        );
-        let text = dot(&tree, &support, name);
-        assert!(text.contains("evidence=\"saddle\", support=\"0.955\", shape"));
-        let value: Value = serde_json::from_str(&tree_json(&tree, &support, name)).unwrap();
-        assert_eq!(value["nodes"][3]["support"], 0.955);
-        assert_eq!(serde_json::from_value::<Tree>(value).unwrap(), tree);
-        let text = graphml(&example(), &[Some(0.955), None, None], name);
-        assert_eq!(
-            text.matches("<data key=\"support\">0.955</data>").count(),
-            1
-        );
     }
 }

@@ -333,11 +333,7 @@ pub(super) mod tests {
     ) -> Network {
         let mut network = Network::default();
         for energy in energies {
-            network.add_node(Minimum {
-                coordinates: vec![*energy],
-                energy: *energy,
-                members: Vec::new(),
-            });
+            network.add_node(Minimum::bare(vec![*energy], *energy));
         }
         for (a, b, height, evidence) in edges {
             network.add_edge(

@@ -59,7 +59,7 @@ fn an_object_is_cut_once_and_the_cache_is_shown_and_emptied() {
     let kept = Kept {
         desk: Desk::empty(),
     };
-    fs::write(kept.desk.path("corner.toml"), CORNER).unwrap();
+    kept.desk.write("corner.toml", CORNER);
     kept.run("synth --object corner.toml -n 2 --steps 1 --keep all --drop 0 -q -o g.parquet");
     assert_eq!(
         (kept.files("field").len(), kept.files("pieces").len()),

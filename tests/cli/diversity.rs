@@ -3,9 +3,9 @@
 use std::fs;
 
 use crate::desk::{Desk, assert_says};
-use crate::names;
+use crate::{names, thirty_grasps};
 use landscape::evaluation::Diversity;
-use landscape::store::{AtomicFolder, GraspFile, LandscapeFiles, Overrides};
+use landscape::store::{AtomicFolder, GraspFile, Overrides};
 use serde_json::Value;
 
 /// Writes `grasps` real grasps with these labels of a human in turn. If they are `alike`, all are the same grasp.
@@ -21,10 +21,6 @@ fn plant(desk: &Desk, name: &str, grasps: usize, labels: &[&str], alike: bool) {
         }
     }
     file.write(&desk.path(name)).unwrap();
-}
-
-fn json(desk: &Desk, name: &str) -> Value {
-    serde_json::from_slice(&fs::read(desk.path(name)).unwrap()).unwrap()
 }
 
 /// The value of order `order` of a set, in the measure of this name.
@@ -49,8 +45,7 @@ fn planted_grasps_have_the_types_and_contacts_that_were_planted() {
     plant(&desk, "wide.parquet", 60, &six, false);
     plant(&desk, "narrow.parquet", 48, &["Tripod"], true);
     let line = "diversity narrow.parquet wide.parquet --resamplings 50";
-    let output = desk.run(line);
-    let text = String::from_utf8(output.stdout).unwrap();
+    let text = desk.print(line);
     let answer = "wide.parquet is the more diverse by types, cells and sets of contact regions: it has 5.9 times as many \
                   effective types as narrow.parquet (order 1, 95 % interval 4.5 to 7.8";
     assert_says(
@@ -67,7 +62,7 @@ fn planted_grasps_have_the_types_and_contacts_that_were_planted() {
     );
     assert!(text.lines().nth(2).unwrap().starts_with(answer), "{text}");
 
-    let found = json(&desk, "narrow.diversity.json");
+    let found = desk.json("narrow.diversity.json");
     assert!(
         found["measures"]
             .as_array()
@@ -87,19 +82,15 @@ fn planted_grasps_have_the_types_and_contacts_that_were_planted() {
     // At its own size it is exact.
     desk.succeed("diversity wide.parquet -o alone -q --resamplings 20");
     for order in 0..3 {
-        let own = value(&json(&desk, "alone.json"), "types", 0, order);
+        let own = value(&desk.json("alone.json"), "types", 0, order);
         assert!((own - 6.0).abs() < 1e-9, "{own}");
     }
 
     let endings = ["json", "md", "png", "svg"];
     let files = endings.map(|ending| format!("narrow.diversity.{ending}"));
-    let first = files
-        .each_ref()
-        .map(|name| fs::read(desk.path(name)).unwrap());
+    let first = files.each_ref().map(|name| desk.bytes(name));
     desk.succeed(&format!("{line} --threads 1 -q"));
-    let again = files
-        .each_ref()
-        .map(|name| fs::read(desk.path(name)).unwrap());
+    let again = files.each_ref().map(|name| desk.bytes(name));
     assert!(first == again, "the same bytes on every run");
     let printed = desk.run(&format!("{line} --json -q"));
     let printed: Value = serde_json::from_slice(&printed.stdout).unwrap();
@@ -128,7 +119,7 @@ fn too_few_grasps_are_refused() {
     let sentence = desk.early_mistake("diversity many.parquet --resamplings 3");
     assert_says(&sentence, &["--resamplings 3", "from 20"]);
     let line = "diversity many.parquet -q --resamplings 20";
-    fs::write(desk.path("many.diversity.md"), "a thesis").unwrap();
+    desk.write("many.diversity.md", "a thesis");
     let sentence = desk.early_mistake(line);
     assert_says(&sentence, &["many.diversity.md", "--force"]);
     desk.succeed(&format!("{line} --force"));
@@ -139,116 +130,66 @@ fn too_few_grasps_are_refused() {
     assert_eq!(made.len(), 2 + 4);
 }
 
-/// A landscape of eight minima, each a family of its own with this number of members.
-fn plant_families(desk: &Desk, name: &str, members: [u64; 8], barrier: f64) {
-    let (made, planted) = (desk.path("wells.landscape"), desk.path(name));
-    if !made.exists() {
-        desk.succeed("surface double-well 3 --group-barrier 0 -q -o wells.landscape");
-    }
-    let mut files = LandscapeFiles::read(&made).unwrap();
-    let mut next = 0;
-    for (row, count) in files.minima.iter_mut().zip(members) {
-        row.members = (next..next + count).collect();
-        next += count;
-    }
-    files.manifest.group_barrier = Some(barrier);
-    files.manifest.letting_go = Some(1.0);
-    let folder = AtomicFolder::open(&planted, true).unwrap();
-    files.write(&folder).unwrap();
-    folder.finish().unwrap();
-}
-
+/// Families at different levels are shown, but not compared, and `diff` warns, too. A given level holds for all.
 #[test]
-fn planted_families_are_compared_at_one_level() {
+fn families_at_different_levels_are_not_compared() {
     let desk = Desk::empty();
-    plant_families(&desk, "even.landscape", [10; 8], 0.05);
-    plant_families(&desk, "uneven.landscape", [110, 4, 1, 1, 1, 1, 1, 1], 0.05);
-    plant_families(&desk, "other.landscape", [10; 8], 0.1);
-    desk.succeed("diversity even.landscape uneven.landscape -q -o found");
-    let found = json(&desk, "found.json");
-    for order in 0..3 {
-        assert!((value(&found, "families", 0, order) - 8.0).abs() < 1e-9);
+    desk.succeed("surface double-well 3 --group-barrier 0 --no-report -q -o wells.landscape");
+    for (name, barrier) in [("even", 0.05), ("other", 0.1)] {
+        let mut files = desk.landscape("wells.landscape");
+        for (row, first) in files.minima.iter_mut().zip((0..).step_by(10)) {
+            row.members = (first..first + 10).collect();
+        }
+        files.manifest.group_barrier = Some(barrier);
+        files.manifest.letting_go = Some(1.0);
+        let folder = AtomicFolder::open(&desk.path(&format!("{name}.landscape")), true).unwrap();
+        files.write(&folder).unwrap();
+        folder.finish().unwrap();
     }
-    // Simpson's closed form at 80 of 120 grasps.
-    let pairs = (110.0 * 109.0 + 4.0 * 3.0) / (120.0 * 119.0);
-    let expected = 1.0 / (1.0 / 80.0 + 79.0 / 80.0 * pairs);
-    assert!((value(&found, "families", 1, 2) - expected).abs() < 1e-9);
-    assert!(
-        found["answer"]
-            .as_str()
-            .unwrap()
-            .starts_with("even.landscape is the more diverse by families (orders 1 and 2 only): it has 5.3 times as many")
-    );
+    let both = "even.landscape other.landscape";
+    desk.succeed(&format!("diversity {both} -q -o found"));
+    let found = desk.json("found.json");
+    assert!((value(&found, "families", 0, 1) - 8.0).abs() < 1e-9);
     let notes = found["notes"].to_string();
+    let expected = [
+        "5.0 % of the cost of letting go",
+        "10.0 %",
+        "cannot be compared",
+    ];
+    assert_says(&notes, &expected);
     assert_says(&notes, &["even.landscape is not a landscape of grasps"]);
-
-    // The passes of this surface are 1 high: at twice the level 0.6 all minima are one family, so nothing can be told.
-    plant_families(&desk, "near.landscape", [10; 8], 0.6);
-    plant_families(&desk, "near2.landscape", [110, 4, 1, 1, 1, 1, 1, 1], 0.6);
-    desk.succeed("diversity near.landscape near2.landscape -q -o found");
-    let found = json(&desk, "found.json");
-    assert!((value(&found, "families", 0, 0) - 8.0).abs() < 1e-9);
-    let answer = found["answer"].as_str().unwrap();
-    assert_says(answer, &["These grasps show no difference in families: "]);
-    assert_says(&found["notes"].to_string(), &["twice their level"]);
-
-    // Families at different levels are shown, but not compared; `diff` warns, too.
-    desk.succeed("diversity even.landscape other.landscape uneven.landscape -q -o found");
-    let found = json(&desk, "found.json");
-    let note = found["notes"][0].as_str().unwrap();
+    let note = "note: the groups of even.landscape";
     assert_says(
-        note,
-        &[
-            "5.0 % of the cost of letting go",
-            "10.0 %",
-            "cannot be compared",
-        ],
+        &desk.print(&format!("diff {both}")),
+        &[note, "--group-barrier"],
     );
-    assert!(
-        !found["answer"]
-            .as_str()
-            .unwrap()
-            .contains("diverse by families")
-    );
-    let diff = |other: &str| {
-        let output = desk.run(&format!("diff even.landscape {other}.landscape"));
-        assert!(output.status.success());
-        String::from_utf8(output.stdout).unwrap()
-    };
-    assert_says(
-        &diff("other"),
-        &["the groups of even.landscape", "--group-barrier"],
-    );
-    assert!(!diff("uneven").contains("cannot be compared"));
-    // A given level holds for all.
-    desk.succeed("diversity even.landscape other.landscape --group-barrier 0 -q -o found");
-    let found = json(&desk, "found.json");
-    assert!(!found["notes"].to_string().contains("cannot be compared"));
+    desk.succeed(&format!("diversity {both} --group-barrier 0 -q -o found"));
+    let notes = desk.json("found.json")["notes"].to_string();
+    assert!(!notes.contains("cannot be compared"), "{notes}");
 }
 
 /// What a survey counts, `diversity` counts as well, and `synth` said before.
 #[test]
 fn sets_of_contact_regions_have_one_definition() {
     let desk = Desk::empty();
-    let line = "synth --object ball -n 34 --steps 1 --keep all --drop 0 -o many.parquet";
-    desk.succeed(&format!("{line} -q"));
+    desk.write("many.parquet", thirty_grasps());
     desk.succeed("diversity many.parquet --resamplings 20 -q -o found");
-    let observed = value(&json(&desk, "found.json"), "contacts", 0, 0);
+    let observed = value(&desk.json("found.json"), "contacts", 0, 0);
     desk.succeed("survey many.parquet --no-map -q -o found.survey");
-    let survey = json(&desk, "found.survey/survey.json");
+    let survey = desk.json("found.survey/survey.json");
     let sets = survey["populations"][0]["contacts"].as_object().unwrap();
     assert!(sets.len() > 1);
     assert!(
         (observed - sets.len() as f64).abs() < 1e-9,
         "{observed} {sets:?}"
     );
-    let (file, _) = GraspFile::read(&desk.path("many.parquet"), Overrides::default()).unwrap();
+    let file = desk.grasps("many.parquet");
     let population = &file.landscapes()[0];
     let (hand, object) = (population.hand().unwrap(), population.object().unwrap());
     let grasps = file.grasps.iter().map(|row| &row.grasp);
     let told = Diversity::of(&hand, &object, grasps).unwrap();
     assert_eq!(told.contact_region_sets, sets.len(), "what `synth` tells");
-    let text = fs::read_to_string(desk.path("found.survey/summary.md")).unwrap();
+    let text = desk.text("found.survey/summary.md");
     assert_says(
         &text,
         &[

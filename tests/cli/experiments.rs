@@ -5,30 +5,17 @@ use std::fs;
 use std::path::Path;
 
 use crate::desk::{Desk, assert_says};
-use crate::{PATIENT, STABILITY, has_ending, landscape, names, promised};
-use landscape::store::{GraspFile, LandscapeFiles, Overrides};
+use crate::{built, has_ending, held_grasps, landscape, names};
+use landscape::store::LandscapeFiles;
 use serde_json::Value;
 
 #[test]
 fn a_tiny_experiment() {
     let folder = landscape().path("g.landscape");
     let found = names(&folder);
-    let expected = [
-        "barriers.graphml",
-        "barriers.png",
-        "barriers.svg",
-        "disconnectivity.png",
-        "disconnectivity.svg",
-        "edges.parquet",
-        "landscape.json",
-        "minima.parquet",
-        "paths.parquet",
-        "rarefaction.svg",
-        "summary.md",
-        "timings.json",
-        "tree.nwk",
-    ];
-    for name in expected {
+    let expected = "barriers.graphml barriers.png barriers.svg disconnectivity.png disconnectivity.svg edges.parquet \
+                    landscape.json minima.parquet paths.parquet rarefaction.svg summary.md timings.json tree.nwk";
+    for name in expected.split(' ') {
         assert!(found.iter().any(|file| file == name), "{name} of {found:?}");
     }
     assert!(
@@ -104,15 +91,6 @@ fn a_tiny_experiment() {
         &text("summary.md"),
         &["# 3 grasps of the human hand on ball", "minima"],
     );
-    // The command that is written into the landscape makes the same one.
-    let command = files.manifest.command.strip_prefix("landscape ").unwrap();
-    let again = Desk::with_grasps();
-    again.succeed(&format!("{command} --quiet --threads 2"));
-    assert_eq!(
-        promised(&again.path("g.landscape")),
-        promised(&folder),
-        "on two threads"
-    );
 }
 
 #[test]
@@ -136,8 +114,7 @@ fn a_finished_landscape_is_drawn_compared_and_exchanged() {
     ] {
         assert_eq!(text(&folder.join(name)), text(&whole.join(name)), "{name}");
     }
-    let output = out.run(&format!("diff {0} {0} --json", folder.display()));
-    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let told = out.document(&format!("diff {0} {0} --json", folder.display()));
     let files = LandscapeFiles::read(&folder).unwrap();
     assert_eq!(
         told["matches"].as_array().unwrap().len(),
@@ -146,12 +123,9 @@ fn a_finished_landscape_is_drawn_compared_and_exchanged() {
     let merges = told["merges"].as_array().unwrap();
     assert!(!merges.is_empty() && merges.iter().all(|merge| merge["before"] == merge["after"]));
     assert_eq!(told["within"], 0.005);
-    fs::create_dir(out.path("data")).unwrap();
-    for name in ["min.data", "ts.data"] {
-        fs::copy(folder.join(name), out.path("data").join(name)).unwrap();
-    }
-    out.succeed("import data");
-    let read = LandscapeFiles::read(&out.path("data.landscape")).unwrap();
+    out.add_database("data");
+    out.succeed("import data --no-report");
+    let read = out.landscape("data.landscape");
     let energies = |files: &LandscapeFiles| -> Vec<u64> {
         files
             .minima
@@ -201,24 +175,18 @@ fn groups_at_a_given_barrier() {
     let apart: Vec<u64> = (0..files.minima.len() as u64).collect();
     let grasps = desk.path("g.parquet");
     out.succeed(&format!(
-        "build {} --first 3 --group-barrier 0 -q -o apart.landscape",
+        "build {} --first 3 --group-barrier 1e9 --no-report -q -o one.landscape",
         grasps.display()
     ));
-    let built = LandscapeFiles::read(&out.path("apart.landscape")).unwrap();
-    assert_eq!(group_of(&built), apart);
-    assert_eq!(built.manifest.group_barrier, Some(0.0));
-    assert_says(&built.manifest.command, &["--group-barrier 0"]);
-    out.succeed(&format!(
-        "build {} --first 3 --group-barrier 1e9 -q -o one.landscape",
-        grasps.display()
-    ));
-    let built = LandscapeFiles::read(&out.path("one.landscape")).unwrap();
+    let built = out.landscape("one.landscape");
     assert!(group_of(&built).iter().all(|group| *group == 0));
+    assert_eq!(built.manifest.group_barrier, Some(1e9));
+    assert_says(&built.manifest.command, &["--group-barrier 1"]);
     // Drawn again at another barrier, as it would have been drawn at once, but for the names of the groups, which are those of
     // the map.
     out.succeed(&format!("draw {g} --group-barrier 1e9 -q -o view"));
     out.succeed("draw one.landscape --group-barrier 1e9 -q -o again");
-    let text = |name: &str| fs::read_to_string(out.path(name)).unwrap();
+    let text = |name: &str| out.text(name);
     let picture = text("one.landscape/disconnectivity.svg");
     assert_eq!(text("again/disconnectivity.svg"), picture);
     let graph = |text: &str| -> Vec<String> {
@@ -229,15 +197,12 @@ fn groups_at_a_given_barrier() {
     };
     assert!(!graph(&picture).is_empty());
     assert_eq!(graph(&text("view/disconnectivity.svg")), graph(&picture));
-    fs::create_dir(out.path("data")).unwrap();
-    for name in ["min.data", "ts.data"] {
-        fs::copy(folder.join(name), out.path("data").join(name)).unwrap();
-    }
-    out.succeed("import data --group-barrier 0");
-    let read = LandscapeFiles::read(&out.path("data.landscape")).unwrap();
+    out.add_database("data");
+    out.succeed("import data --group-barrier 0 --no-report");
+    let read = out.landscape("data.landscape");
     assert_eq!(group_of(&read), apart);
-    out.succeed("surface double-well 1 --group-barrier 1e9 -q -o wells.landscape");
-    let wells = LandscapeFiles::read(&out.path("wells.landscape")).unwrap();
+    out.succeed("surface double-well 1 --group-barrier 1e9 --no-report -q -o wells.landscape");
+    let wells = out.landscape("wells.landscape");
     assert_eq!((wells.minima.len(), wells.manifest.counts.groups), (2, 1));
     for line in [
         format!("draw {g} -o x"),
@@ -254,9 +219,8 @@ fn what_held_in_simulation_is_mapped_and_marked() {
     let desk = Desk::with_grasps();
     let sentence = desk.early_mistake("build g.parquet --only-stable");
     assert_says(&sentence, &["--only-stable", "landscape stability"]);
-    fs::write(desk.path("p.toml"), PATIENT).unwrap();
-    desk.succeed(STABILITY);
-    let (judged, _) = GraspFile::read(&desk.path("held.parquet"), Overrides::default()).unwrap();
+    desk.write("held.parquet", held_grasps());
+    let judged = desk.grasps("held.parquet");
     let ids = |stable: bool| -> BTreeSet<u64> {
         let grasps = judged.grasps.iter();
         grasps
@@ -270,12 +234,12 @@ fn what_held_in_simulation_is_mapped_and_marked() {
         "{stable:?} {unstable:?}"
     );
 
-    desk.succeed("build held.parquet --only-stable -q -o held.landscape");
-    let files = LandscapeFiles::read(&desk.path("held.landscape")).unwrap();
+    desk.succeed("build held.parquet --only-stable --no-report -q -o held.landscape");
+    let files = desk.landscape("held.landscape");
     let members = files.minima.iter().flat_map(|row| row.members.clone());
     assert_eq!(members.collect::<BTreeSet<u64>>(), stable);
 
-    desk.succeed("build g.parquet -q -o all.landscape");
+    desk.succeed("build g.parquet --no-report -q -o all.landscape");
     let sentence = desk.mistake("draw all.landscape --stability g.parquet");
     assert_says(
         &sentence,
@@ -283,7 +247,7 @@ fn what_held_in_simulation_is_mapped_and_marked() {
     );
     desk.succeed("draw all.landscape --stability held.parquet -q -o marked");
     desk.succeed("draw all.landscape -q -o plain");
-    let files = LandscapeFiles::read(&desk.path("all.landscape")).unwrap();
+    let files = desk.landscape("all.landscape");
     let held: Vec<bool> = files
         .minima
         .iter()
@@ -310,13 +274,8 @@ fn what_held_in_simulation_is_mapped_and_marked() {
 /// The first lines answer the question, and statistics follow for those who ask.
 #[test]
 fn first_lines_answer_the_question() {
-    let desk = Desk::with_grasps();
-    let printed = |line: &str| {
-        let output = desk.run(line);
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.success(), "landscape {line}: {said}");
-        String::from_utf8(output.stdout).unwrap()
-    };
+    let desk = Desk::empty();
+    let printed = |line: &str| desk.print(line);
     let synth = "synth --object ball -n 3 --steps 1 --keep all --drop 2";
     let brief = printed(&format!("{synth} -o s.parquet"));
     let lines: Vec<&str> = brief.lines().collect();
@@ -328,14 +287,12 @@ fn first_lines_answer_the_question() {
         lines.len() == 2 && lines[1].ends_with("(2 of 3 grasps were dropped)"),
         "{brief}"
     );
-    let full = printed(&format!("{synth} -o v.parquet --verbose"));
-    assert_says(&full, &["published", "evaluations", "wrote 3 grasps"]);
+    let full = printed("synth --object ball -n 1 --steps 1 --keep all --drop 0 -v -o v.parquet");
+    assert_says(&full, &["published", "evaluations", "wrote 1 grasp"]);
 
-    let brief = printed("build g.parquet --first 3 -o g.landscape");
-    let counts = LandscapeFiles::read(&desk.path("g.landscape"))
-        .unwrap()
-        .manifest
-        .counts;
+    let (desk, brief) = built();
+    let files = desk.landscape("g.landscape");
+    let counts = files.manifest.counts;
     let families = if counts.groups == 1 {
         "family"
     } else {
@@ -352,7 +309,7 @@ fn first_lines_answer_the_question() {
         !brief.contains("raw chains") && brief.contains("g.landscape/summary.md"),
         "{brief}"
     );
-    let summary = fs::read_to_string(desk.path("g.landscape/summary.md")).unwrap();
+    let summary = desk.text("g.landscape/summary.md");
     assert_says(
         &summary,
         &[
@@ -363,10 +320,4 @@ fn first_lines_answer_the_question() {
             "## Largest families",
         ],
     );
-    let full = printed("build g.parquet --first 3 -o again.landscape --verbose --no-report");
-    assert!(
-        full.starts_with(&headline) && !full.contains("Open again"),
-        "{full}"
-    );
-    assert_says(&full, &["raw chains"]);
 }

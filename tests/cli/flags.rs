@@ -4,13 +4,14 @@ use std::fs;
 
 use crate::desk::{Desk, assert_says};
 use crate::names;
+use crate::table::rows;
 
 #[test]
 fn unwritable_output() {
     let desk = Desk::with_grasps();
-    fs::write(desk.path("taken"), "years of work").unwrap();
+    desk.write("taken", "years of work");
     fs::create_dir(desk.path("folder")).unwrap();
-    fs::write(desk.path("folder/thesis.tex"), "years of work").unwrap();
+    desk.write("folder/thesis.tex", "years of work");
     for command in [
         "build g.parquet",
         "synth --object ball -n 1 --steps 1 --keep all",
@@ -39,74 +40,34 @@ fn unwritable_output() {
 #[test]
 fn mistakes_in_flags() {
     let desk = Desk::with_grasps();
-    fs::write(desk.path("typo.toml"), "[energy]\nprior_wieght = 1.0\n").unwrap();
-    fs::write(
-        desk.path("negative.toml"),
-        "[energy]\nprior_weight = -1.0\n",
-    )
-    .unwrap();
-    fs::write(desk.path("large.toml"), "[energy]\nprior_weight = 1e155\n").unwrap();
-    fs::write(desk.path("torn.toml"), "[energy").unwrap();
-    fs::write(desk.path("claw.urdf"), "<robot").unwrap();
-    fs::write(desk.path("empty.obj"), "# nothing\n").unwrap();
-    fs::write(
-        desk.path("open.obj"),
+    desk.write("typo.toml", "[energy]\nprior_wieght = 1.0\n");
+    desk.write("negative.toml", "[energy]\nprior_weight = -1.0\n");
+    desk.write("large.toml", "[energy]\nprior_weight = 1e155\n");
+    desk.write("torn.toml", "[energy");
+    desk.write("claw.urdf", "<robot");
+    desk.write("empty.obj", "# nothing\n");
+    desk.write(
+        "open.obj",
         "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\n",
-    )
-    .unwrap();
-    let cases: [(&str, &[&str]); 13] = [
-        (
-            "synth --object teapot",
-            &[
-                "--object teapot",
-                "neither a file nor an object",
-                "ball",
-                "jar",
-            ],
-        ),
-        (
-            "synth --object ball --hand claw",
-            &["--hand claw", "neither a file nor a hand", "human"],
-        ),
-        (
-            "synth --object ball --hand claw.urdf",
-            &["claw.urdf, line ", "not XML"],
-        ),
-        (
-            "synth --object open.obj",
-            &["open.obj is not closed: 3 edges border a hole"],
-        ),
-        ("synth --object empty.obj", &["empty.obj has no faces"]),
-        ("synth --object ball -n 0", &["-n 0"]),
-        ("synth --object ball --spread 0", &["--spread 0"]),
-        (
-            "synth --object ball --config typo.toml",
-            &["typo.toml", "line 2", "prior_wieght", "`prior_weight`"],
-        ),
-        (
-            "synth --object ball --config negative.toml",
-            &["negative.toml", "[energy]", "prior_weight = -1"],
-        ),
-        (
-            "synth --object ball --config large.toml",
-            &[
-                "large.toml",
-                "prior_weight = 1e155 is not from 0 to 1000000",
-            ],
-        ),
-        (
-            "synth --object ball --config torn.toml",
-            &["torn.toml", "line 1"],
-        ),
-        (
-            "synth --object ball --config absent.toml",
-            &["cannot read absent.toml"],
-        ),
-        ("synth --object ball --threads 0", &["--threads 0"]),
-    ];
-    for (line, words) in cases {
-        let sentence = desk.early_mistake(line);
-        assert_says(&sentence, words);
+    );
+    let cases = "
+        synth --object teapot | --object teapot | neither a file nor an object | ball | jar
+        synth --object ball --hand claw | --hand claw | neither a file nor a hand | human
+        synth --object ball --hand claw.urdf | claw.urdf, line | not XML
+        synth --object open.obj | open.obj is not closed: 3 edges border a hole
+        synth --object empty.obj | empty.obj has no faces
+        synth --object ball -n 0 | -n 0
+        synth --object ball --spread 0 | --spread 0
+        synth --object ball --config typo.toml | typo.toml | line 2 | prior_wieght | `prior_weight`
+        synth --object ball --config negative.toml | negative.toml | [energy] | prior_weight = -1
+        synth --object ball --config large.toml | large.toml | prior_weight = 1e155 is not from 0 to 1000000
+        synth --object ball --config torn.toml | torn.toml | line 1
+        synth --object ball --config absent.toml | cannot read absent.toml
+        synth --object ball --threads 0 | --threads 0
+    ";
+    for case in rows(cases) {
+        let sentence = desk.early_mistake(case[0]);
+        assert_says(&sentence, &case[1..]);
         let (_, cause) = sentence.rsplit_once(": ").unwrap_or(("", &sentence));
         assert_eq!(sentence.matches(cause).count(), 1, "said twice: {sentence}");
     }
@@ -116,55 +77,28 @@ fn mistakes_in_flags() {
 #[test]
 fn absurd_numbers_are_refused() {
     let desk = Desk::with_grasps();
-    let largest = u64::MAX.to_string();
-    let synth = "synth --object ball";
-    let surface = "surface muller-brown";
-    let program = "surface --command cat";
-    for (line, word) in [
-        (format!("{synth} -n {largest}"), "-n 1.8446744073709552e19"),
-        (format!("{synth} -n 1000001"), "-n 1000001"),
-        (format!("{synth} --steps 4294967295"), "--steps"),
-        (format!("{synth} --threads {largest}"), "--threads"),
-        (format!("{synth} --scale 1e155"), "--scale 1e155"),
-        (format!("{synth} --scale 1e-300"), "--scale 1e-300"),
-        (
-            "synth --from g.parquet --perturb 1e9".to_owned(),
-            "--perturb 1e9",
-        ),
-        (
-            "objects inspect ball --scale 1e300".to_owned(),
-            "--scale 1e300",
-        ),
-        ("build g.parquet --pull 1e300".to_owned(), "--pull 1e300"),
-        ("build g.parquet --pull 0".to_owned(), "--pull 0 is not"),
-        (
-            "build g.parquet --temperature -1".to_owned(),
-            "--temperature -1",
-        ),
-        (
-            "build g.parquet --temperature nan".to_owned(),
-            "--temperature NaN",
-        ),
-        (format!("{surface} --searches {largest}"), "--searches"),
-        (format!("{surface} --patience {largest}"), "--patience"),
-        (
-            format!("{surface} --region=-1e155:1e155x2"),
-            "--region -1e155:1e155x2",
-        ),
-        (
-            format!("{surface} --region=0:1e-300x2"),
-            "--region 0:1e-300x2",
-        ),
-        (
-            "surface torsion 1e155 3".to_owned(),
-            "`torsion 1e155 3` does not fit",
-        ),
-        (
-            format!("{program} --region=0:1 --answer-seconds 1e300"),
-            "--answer-seconds 1e300",
-        ),
-    ] {
-        assert_says(&desk.early_mistake(&line), &[word]);
+    let cases = "
+        synth --object ball -n 18446744073709551615 | -n 1.8446744073709552e19
+        synth --object ball -n 1000001 | -n 1000001
+        synth --object ball --steps 4294967295 | --steps
+        synth --object ball --threads 18446744073709551615 | --threads
+        synth --object ball --scale 1e155 | --scale 1e155
+        synth --object ball --scale 1e-300 | --scale 1e-300
+        synth --from g.parquet --perturb 1e9 | --perturb 1e9
+        objects inspect ball --scale 1e300 | --scale 1e300
+        build g.parquet --pull 1e300 | --pull 1e300
+        build g.parquet --pull 0 | --pull 0 is not
+        build g.parquet --temperature -1 | --temperature -1
+        build g.parquet --temperature nan | --temperature NaN
+        surface muller-brown --searches 18446744073709551615 | --searches
+        surface muller-brown --patience 18446744073709551615 | --patience
+        surface muller-brown --region=-1e155:1e155x2 | --region -1e155:1e155x2
+        surface muller-brown --region=0:1e-300x2 | --region 0:1e-300x2
+        surface torsion 1e155 3 | `torsion 1e155 3` does not fit
+        surface --command cat --region=0:1 --answer-seconds 1e300 | --answer-seconds 1e300
+    ";
+    for case in rows(cases) {
+        assert_says(&desk.early_mistake(case[0]), &case[1..]);
     }
 }
 
@@ -172,11 +106,7 @@ fn absurd_numbers_are_refused() {
 #[test]
 fn the_wrong_kind_of_file() {
     let desk = Desk::with_grasps();
-    fs::write(
-        desk.path("ball.obj"),
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
-    )
-    .unwrap();
+    desk.write("ball.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     let sentence = desk.early_mistake("hands inspect ball.obj");
     assert_says(
         &sentence,
@@ -222,7 +152,7 @@ fn files_of_a_hand_go_where_they_are_asked_to() {
 fn a_look_at_a_hand_leaves_its_derivation_free() {
     let desk = Desk::empty();
     let urdf = include_str!("../../python/tutorials/claw/claw.urdf");
-    fs::write(desk.path("my.urdf"), urdf).unwrap();
+    desk.write("my.urdf", urdf);
     desk.succeed("hands inspect my.urdf");
     assert_eq!(names(desk.folder.path()), ["my.png", "my.urdf"]);
     desk.succeed("hands inspect my.urdf");
@@ -241,35 +171,20 @@ fn a_look_at_a_hand_leaves_its_derivation_free() {
 fn exports_name_the_hand_as_files_of_grasps_do() {
     let desk = Desk::empty();
     let urdf = include_str!("../../python/tutorials/claw/claw.urdf");
-    fs::write(desk.path("my.urdf"), urdf).unwrap();
+    desk.write("my.urdf", urdf);
     desk.succeed("synth --hand my.urdf --object ball -n 1 --steps 1 --keep all -q -o g.parquet");
     desk.succeed("export g.parquet urdf -o hand");
-    let text = fs::read_to_string(desk.path("hand/my.urdf")).unwrap();
+    let text = desk.text("hand/my.urdf");
     assert!(text.contains("<robot name=\"my\">"), "{text}");
 }
 
 #[test]
 fn help_and_version() {
     let desk = Desk::empty();
-    let text = |line: &str| {
-        let output = desk.run(line);
-        assert!(output.status.success(), "landscape {line}");
-        String::from_utf8(output.stdout).unwrap()
-    };
+    let text = |line: &str| desk.print(line);
     assert_says(&text("--help"), &["synth", "build", "Examples:"]);
-    assert_says(
-        &text("synth --help"),
-        &["--object", "Examples:", "landscape synth --object"],
-    );
-    assert_says(
-        &text("build --help"),
-        &["--neighbours", "Examples:", "landscape build "],
-    );
-    assert_says(&text("objects --help"), &["list", "bake"]);
-    assert_says(
-        &text("objects bake --help"),
-        &["--specs", "--scale", "Examples:", "landscape objects bake "],
-    );
+    let bake = ["--specs", "--scale", "Examples:", "landscape objects bake "];
+    assert_says(&text("objects bake --help"), &bake);
     assert_eq!(
         text("--version"),
         format!("landscape {}\n", env!("CARGO_PKG_VERSION"))

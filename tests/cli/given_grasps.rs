@@ -6,24 +6,21 @@ use std::sync::Arc;
 
 use crate::desk::{Desk, assert_says};
 use crate::parts::Parts;
+use crate::table::rows;
 use arrow_array::StringArray;
 use landscape::grasp::contact::CONTACTS;
 use landscape::grasp::{EnergySettings, GraspEnergy, judge};
 use landscape::hand::{Hand, HandFiles};
 use landscape::object::Object;
 use landscape::space::{PoseSpace, Space, Symmetry};
-use landscape::store::{GraspFile, GraspRow, LandscapeFiles, Overrides};
+use landscape::store::{GraspFile, GraspRow, Overrides};
 
 /// By default there is one chain for each given grasp. Its end is near that grasp and does not depend on the number of
 /// threads.
 #[test]
 fn synthesis_from_given_grasps() {
     let desk = Desk::with_grasps();
-    let read = |name: &str| {
-        GraspFile::read(&desk.path(name), Overrides::default())
-            .unwrap()
-            .0
-    };
+    let read = |name: &str| desk.grasps(name);
     let given = read("g.parquet");
     let pose = |row: &GraspRow| row.grasp.pose.to_vec();
     let space = PoseSpace::new(Hand::human().pose_metric(), Symmetry::None);
@@ -44,10 +41,7 @@ fn synthesis_from_given_grasps() {
     let line = "synth --from g.parquet --steps 1 --keep all --seed 3 -q";
     desk.succeed(&format!("{line} -o near.parquet --threads 1"));
     desk.succeed(&format!("{line} -o near2.parquet --threads 2"));
-    assert_eq!(
-        fs::read(desk.path("near.parquet")).unwrap(),
-        fs::read(desk.path("near2.parquet")).unwrap()
-    );
+    assert_eq!(desk.bytes("near.parquet"), desk.bytes("near2.parquet"));
     let near = read("near.parquet");
     assert_eq!(near.grasps.len(), given.grasps.len());
     assert_eq!(
@@ -111,17 +105,13 @@ fn given_grasps_bring_their_hand_and_object() {
     let desk = Desk::empty();
     let human = HandFiles::named("human").unwrap().files;
     let [urdf, side] = [&human[0].text, &human[1].text];
-    fs::write(desk.path("own.urdf"), urdf).unwrap();
-    fs::write(desk.path("own.json"), side).unwrap();
+    desk.write("own.urdf", urdf);
+    desk.write("own.json", side);
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/objects");
     let mesh = fs::read_to_string(data.join("ball.obj")).unwrap();
-    fs::write(desk.path("globe.obj"), mesh).unwrap();
+    desk.write("globe.obj", mesh);
     let description = fs::read_to_string(data.join("ball.json")).unwrap();
-    fs::write(
-        desk.path("globe.json"),
-        description.replace("\"ball\"", "\"globe\""),
-    )
-    .unwrap();
+    desk.write("globe.json", description.replace("\"ball\"", "\"globe\""));
     let line = "--steps 1 --keep all --seed 3 -q";
     desk.succeed(&format!(
         "synth --hand own.urdf --object globe.obj -n 2 {line} -o g.parquet"
@@ -130,11 +120,7 @@ fn given_grasps_bring_their_hand_and_object() {
         fs::remove_file(desk.path(name)).unwrap();
     }
     desk.succeed(&format!("synth --from g.parquet {line} -o refined.parquet"));
-    let read = |name: &str| {
-        GraspFile::read(&desk.path(name), Overrides::default())
-            .unwrap()
-            .0
-    };
+    let read = |name: &str| desk.grasps(name);
     let (given, refined) = (read("g.parquet"), read("refined.parquet"));
     let names = |file: &GraspFile| {
         (
@@ -156,31 +142,22 @@ fn given_grasps_bring_their_hand_and_object() {
 #[test]
 fn mistakes_with_given_grasps() {
     let desk = Desk::with_grasps();
-    let (mut mixed, _) = GraspFile::read(&desk.path("g.parquet"), Overrides::default()).unwrap();
+    let mut mixed = desk.grasps("g.parquet");
     mixed.grasps[0].scale = 1.5;
     mixed.write(&desk.path("mixed.parquet")).unwrap();
-    fs::write(desk.path("text.parquet"), "no table").unwrap();
-    let cases: [(&str, &[&str]); 8] = [
-        ("synth --from absent.parquet", &["absent.parquet"]),
-        ("synth --from text.parquet", &["text.parquet", "Parquet"]),
-        (
-            "synth --from mixed.parquet",
-            &["--from mixed.parquet", "2 pairs of hand and object"],
-        ),
-        (
-            "synth --from g.parquet --perturb -1",
-            &["--perturb -1", " mm"],
-        ),
-        (
-            "synth --from g.parquet --perturb nan",
-            &["--perturb NaN", " mm"],
-        ),
-        ("synth --from g.parquet -n 0", &["-n 0"]),
-        ("synth --object ball --perturb 3", &["--from"]),
-        ("synth", &["--object"]),
-    ];
-    for (line, words) in cases {
-        assert_says(&desk.early_mistake(line), words);
+    desk.write("text.parquet", "no table");
+    let cases = "
+        synth --from absent.parquet | absent.parquet
+        synth --from text.parquet | text.parquet | Parquet
+        synth --from mixed.parquet | --from mixed.parquet | 2 pairs of hand and object
+        synth --from g.parquet --perturb -1 | --perturb -1 | mm
+        synth --from g.parquet --perturb nan | --perturb NaN | mm
+        synth --from g.parquet -n 0 | -n 0
+        synth --object ball --perturb 3 | --from
+        synth | --object
+    ";
+    for case in rows(cases) {
+        assert_says(&desk.early_mistake(case[0]), &case[1..]);
     }
 }
 
@@ -189,43 +166,6 @@ fn without_metadata(desk: &Desk, name: &str) -> Parts {
     let mut parts = Parts::of(&desk.path(name));
     parts.metadata = None;
     parts
-}
-
-/// Without metadata, flags name hand and object. The energy is the default one.
-#[test]
-fn grasps_of_others() {
-    let desk = Desk::empty();
-    desk.succeed("synth --object box -n 4 --steps 1 --keep all --seed 1 -q -o g.parquet");
-    let lost = without_metadata(&desk, "g.parquet");
-    lost.without("hand")
-        .without("object")
-        .write(&desk.path("own.parquet"));
-    assert_says(
-        &desk.early_mistake("build own.parquet"),
-        &[
-            "own.parquet",
-            "does not describe its hand and object",
-            "--hand",
-        ],
-    );
-    let said = desk.succeed("build own.parquet --hand human --object box");
-    assert_says(
-        &said,
-        &[
-            "warning: the energy of the grasps is not recorded",
-            "the default one is used",
-        ],
-    );
-    desk.succeed("build g.parquet --quiet");
-    let energies = |name: &str| {
-        let files = LandscapeFiles::read(&desk.path(name)).unwrap();
-        files
-            .minima
-            .iter()
-            .map(|row| row.energy.to_bits())
-            .collect::<Vec<_>>()
-    };
-    assert_eq!(energies("own.landscape"), energies("g.landscape"));
 }
 
 /// What rows without metadata name is what comes with the program, or what a flag gives in its place.
@@ -258,6 +198,19 @@ fn names_in_rows_without_metadata() {
     let said = desk.succeed("inspect lost.parquet");
     assert_says(&said, &["the default one is used"]);
     assert!(energy("l.parquet").is_null() && !energy("g.parquet").is_null());
+
+    let nameless = lost().without("hand").without("object");
+    nameless.write(&desk.path("nameless.parquet"));
+    assert_says(
+        &desk.early_mistake("label nameless.parquet"),
+        &[
+            "nameless.parquet",
+            "does not describe its hand and object",
+            "--hand",
+        ],
+    );
+    desk.succeed("label nameless.parquet --hand human --object ball -o l.parquet --force");
+    assert_eq!(objects("l.parquet")[0], "ball");
 
     named(&["ball", "box"]).write(&desk.path("two.parquet"));
     desk.succeed("label two.parquet -o l.parquet --force");
@@ -314,7 +267,7 @@ fn grasps_are_judged_with_another_object() {
 
     // A file that is written is one of the other object, and needs no flag any more.
     desk.succeed("label g.parquet --object can -q -o other.parquet");
-    let (file, _) = GraspFile::read(&desk.path("other.parquet"), Overrides::default()).unwrap();
+    let file = desk.grasps("other.parquet");
     let names = file.metadata.objects.iter().map(|object| &*object.name);
     assert_eq!(names.collect::<Vec<_>>(), ["can"]);
     assert!(file.grasps.iter().all(|row| row.object == "can"));
@@ -324,8 +277,8 @@ fn grasps_are_judged_with_another_object() {
     // Another hand must have the same joints, and brings its own points of contact.
     let human = HandFiles::named("human").unwrap().files;
     let [urdf, side] = [&human[0].text, &human[1].text];
-    fs::write(desk.path("own.urdf"), urdf).unwrap();
-    fs::write(desk.path("own.json"), format!("{side} ")).unwrap();
+    desk.write("own.urdf", urdf);
+    desk.write("own.json", format!("{side} "));
     let (other, said) = judged("--hand own.urdf");
     assert_says(
         &said,

@@ -3,24 +3,20 @@
 use std::fs;
 use std::path::Path;
 
-use landscape::store::{GraspFile, LandscapeFiles, Overrides, read_attempts};
+use landscape::store::{LandscapeFiles, read_attempts};
 use landscape::topography::{Attempts, Evidence, MinimumId, Start, Tree};
 
+use crate::contents;
 use crate::desk::{Desk, assert_says};
-use crate::{contents, landscape};
+use crate::table::rows;
 
-const OLD: &str = "build g.parquet --first 3 --no-report -q -o old.landscape";
 const GROWN: &str = "build g.parquet --onto old.landscape --no-report -q -o new.landscape";
 
 /// A landscape of the first three of six grasps.
 fn desk() -> Desk {
     let desk = Desk::with_grasps();
-    desk.succeed(OLD);
+    desk.add_landscape("old.landscape");
     desk
-}
-
-fn grasps(path: &Path) -> GraspFile {
-    GraspFile::read(path, Overrides::default()).unwrap().0
 }
 
 fn members(folder: &Path) -> Vec<u64> {
@@ -33,14 +29,14 @@ fn members(folder: &Path) -> Vec<u64> {
 #[test]
 fn a_landscape_grows_and_keeps_what_it_knew() {
     let desk = desk();
-    let said = desk.succeed(GROWN);
+    let said = desk.succeed(&format!("{GROWN} --threads 1"));
     assert!(said.is_empty(), "{said}");
     let (old, new) = (desk.path("old.landscape"), desk.path("new.landscape"));
-    let all = grasps(&desk.path("g.parquet"));
-    let held = grasps(&new.join("grasps.parquet"));
+    let all = desk.grasps("g.parquet");
+    let held = desk.grasps("new.landscape/grasps.parquet");
     assert_eq!(held.grasps, all.grasps, "the landscape holds its grasps");
     assert_eq!(members(&new), [0, 1, 2, 3, 4, 5]);
-    let [before, after] = [&old, &new].map(|folder| LandscapeFiles::read(folder).unwrap());
+    let [before, after] = ["old.landscape", "new.landscape"].map(|name| desk.landscape(name));
     let onto = after.manifest.onto.as_ref().unwrap();
     assert_eq!(onto.name, "old.landscape");
     assert_eq!(
@@ -69,26 +65,19 @@ fn a_landscape_grows_and_keeps_what_it_knew() {
             "build g.parquet --onto old.landscape",
         ],
     );
-    // The grasps in the folder are a file of grasps: their landscape can be built at once.
-    desk.succeed("build new.landscape/grasps.parquet --no-report -q -o at_once.landscape");
-    let at_once = LandscapeFiles::read(&desk.path("at_once.landscape")).unwrap();
-    assert_eq!(at_once.minima.len(), after.minima.len());
-}
-
-#[test]
-fn growing_gives_the_same_bytes_on_any_threads_and_after_a_kill() {
-    let desk = desk();
-    let promised = |name: &str| {
-        let mut files = contents(&desk.path(name));
-        files.retain(|path, _| !path.ends_with("timings.json"));
-        files.into_values().collect::<Vec<_>>()
-    };
-    desk.succeed(&format!("{GROWN} --threads 1"));
-    let once = promised("new.landscape");
-    fs::remove_dir_all(desk.path("new.landscape")).unwrap();
+    // The same bytes on other threads and after a kill.
+    let once = promised(&desk, "new.landscape");
+    fs::remove_dir_all(&new).unwrap();
     desk.interrupt(GROWN, "new.landscape.partial/journal", 2);
     desk.succeed(&format!("{GROWN} --resume --threads 2"));
-    assert_eq!(promised("new.landscape"), once);
+    assert_eq!(promised(&desk, "new.landscape"), once);
+}
+
+/// The files of a landscape that must not depend on threads and interruptions.
+fn promised(desk: &Desk, name: &str) -> Vec<Vec<u8>> {
+    let mut files = contents(&desk.path(name));
+    files.retain(|path, _| !path.ends_with("timings.json"));
+    files.into_values().collect()
 }
 
 /// Further searches between two minima, without new grasps.
@@ -119,7 +108,7 @@ fn two_minima_are_connected_with_more_effort() {
     assert_eq!(chains(&new.1), chains(&old.1) + 40);
     let joined = |tree: &Tree| tree.minimax(MinimumId(0), MinimumId(1)).unwrap();
     assert!(joined(&new.2) <= joined(&old.2));
-    let summary = fs::read_to_string(desk.path("new.landscape/summary.md")).unwrap();
+    let summary = desk.text("new.landscape/summary.md");
     assert_says(
         &summary,
         &[
@@ -128,22 +117,12 @@ fn two_minima_are_connected_with_more_effort() {
             "--connect m1 m0",
         ],
     );
-    fs::rename(desk.path("new.landscape"), desk.path("once.landscape")).unwrap();
-    let line = format!("{connect} -q -o new.landscape");
-    desk.interrupt(&line, "new.landscape.partial/journal", 9);
-    desk.succeed(&format!("{line} --resume --threads 1"));
-    let [once, resumed] = ["once.landscape", "new.landscape"].map(|name| {
-        let mut files = contents(&desk.path(name));
-        files.retain(|path, _| !path.ends_with("timings.json"));
-        files.into_values().collect::<Vec<_>>()
-    });
-    assert_eq!(once, resumed);
 }
 
 #[test]
 fn ids_that_are_taken_are_replaced() {
     let desk = desk();
-    let mut file = grasps(&desk.path("g.parquet"));
+    let mut file = desk.grasps("g.parquet");
     file.grasps.drain(..3);
     for (id, row) in file.grasps.iter_mut().enumerate() {
         row.id = [1, 8, 2][id];
@@ -152,7 +131,7 @@ fn ids_that_are_taken_are_replaced() {
     desk.succeed("build more.parquet --onto old.landscape --no-report -q");
     let new = desk.path("more.landscape");
     assert_eq!(members(&new), [0, 1, 2, 8, 9, 10]);
-    let held = grasps(&new.join("grasps.parquet"));
+    let held = desk.grasps("more.landscape/grasps.parquet");
     let pose = |id: u64| {
         let row = held.grasps.iter().find(|row| row.id == id).unwrap();
         row.grasp.pose.clone()
@@ -169,79 +148,36 @@ fn ids_that_are_taken_are_replaced() {
 #[test]
 fn what_cannot_grow_is_refused_in_one_sentence() {
     let desk = desk();
-    let refused = |line: &str, words: &[&str]| assert_says(&desk.early_mistake(line), words);
-    refused(
-        "build g.parquet --first 3 --onto old.landscape -o new.landscape",
-        &["old.landscape contains all these grasps already"],
-    );
-    refused(
-        "build g.parquet --onto old.landscape -o old.landscape",
-        &["old.landscape"],
-    );
-    refused(
-        "build g.parquet --onto g.parquet",
-        &["is a file, but a landscape is a folder"],
-    );
-    refused("build g.parquet --onto nowhere", &["nowhere"]);
-    refused(
-        "build g.parquet --onto old.landscape --connect m0 m9",
-        &["--connect m9: there are ", "minima, m0 to m"],
-    );
-    refused(
-        "build g.parquet --onto old.landscape --connect m1 1",
-        &["--connect m1 1: name two different minima"],
-    );
-    refused(
-        "build g.parquet --onto old.landscape --connect m1 g0",
-        &["--connect g0: write minima as the tree names them"],
-    );
-    refused("build g.parquet --connect m0 m1", &["--onto <LANDSCAPE>"]);
-    refused(
-        "build g.parquet --onto old.landscape --connect m0",
-        &["2 values required for '--connect <FROM> <TO>'"],
-    );
-    refused(
-        "build g.parquet --onto old.landscape --neighbours 3",
-        &["'--onto <LANDSCAPE>' cannot be used with '--neighbours <K>'"],
-    );
-    desk.succeed("synth --object can -n 2 --steps 1 --keep all --drop 0 -q -o can.parquet");
-    refused(
-        "build can.parquet --onto old.landscape",
-        &[
-            "can.parquet",
-            "no grasp is of the same hand, object and size as old.landscape",
-            "`ball`",
-        ],
-    );
-    fs::write(desk.path("rough.toml"), "[energy.layer]\nfriction = 0.3\n").unwrap();
+    desk.add_landscape("bare.landscape");
+    fs::remove_file(desk.path("bare.landscape/grasps.parquet")).unwrap();
+    desk.succeed("synth --object can -n 2 --steps 1 --keep all -q -o can.parquet");
+    desk.write("rough.toml", "[energy.layer]\nfriction = 0.3\n");
     desk.succeed(
-        "synth --object ball -n 2 --steps 1 --keep all --drop 0 -q --config rough.toml -o rough.parquet",
+        "synth --object ball -n 2 --steps 1 --keep all -q --config rough.toml -o rough.parquet",
     );
-    refused(
-        "build rough.parquet --onto old.landscape",
-        &["old.landscape is a landscape of another energy"],
-    );
-    desk.succeed("surface muller-brown -q -o surface.landscape");
-    refused(
-        "build g.parquet --onto surface.landscape",
-        &["surface.landscape is a landscape of a surface"],
-    );
-    refused(
-        "build g.parquet --search adelm --group-barrier 0.1 -o order.landscape",
-        &["--group-barrier: the burn-in of `adelm` makes the groups"],
-    );
-    desk.succeed("build g.parquet --first 3 --search adelm --no-report -q -o order.landscape");
-    refused(
-        "build g.parquet --onto order.landscape",
-        &["order.landscape was made by sequential ADELM"],
-    );
-    // A landscape whose grasps were taken away.
-    let old = landscape();
-    let bare = desk.path("bare.landscape");
-    fs::create_dir(&bare).unwrap();
-    for (path, bytes) in contents(&old.path("g.landscape")) {
-        fs::write(bare.join(path.file_name().unwrap()), bytes).unwrap();
+    desk.succeed("surface muller-brown --no-report -q -o surface.landscape");
+    desk.write("few.toml", "[map.chain]\npatience = 120\n");
+    desk.succeed("build g.parquet --first 2 --search adelm --config few.toml --no-report -q -o order.landscape");
+    let cases = "
+        g.parquet --first 3 --onto old.landscape -o new.landscape | old.landscape contains all these grasps already
+        g.parquet --onto old.landscape -o old.landscape | old.landscape
+        g.parquet --onto g.parquet | is a file, but a landscape is a folder
+        g.parquet --onto nowhere | nowhere
+        g.parquet --onto bare.landscape | grasps.parquet
+        g.parquet --onto old.landscape --connect m0 m9 | --connect m9: there are | minima, m0 to m
+        g.parquet --onto old.landscape --connect m1 1 | --connect m1 1: name two different minima
+        g.parquet --onto old.landscape --connect m1 g0 | --connect g0: write minima as the tree names them
+        g.parquet --connect m0 m1 | --onto <LANDSCAPE>
+        g.parquet --onto old.landscape --connect m0 | 2 values required for '--connect <FROM> <TO>'
+        g.parquet --onto old.landscape --neighbours 3 | '--onto <LANDSCAPE>' cannot be used with '--neighbours <K>'
+        can.parquet --onto old.landscape | can.parquet | no grasp is of the same hand, object and size as old.landscape | `ball`
+        rough.parquet --onto old.landscape | old.landscape is a landscape of another energy
+        g.parquet --onto surface.landscape | surface.landscape is a landscape of a surface
+        g.parquet --onto order.landscape | order.landscape was made by sequential ADELM
+        g.parquet --search adelm --group-barrier 0.1 -o none | --group-barrier: the burn-in of `adelm` makes the groups
+    ";
+    for case in rows(cases) {
+        let sentence = desk.early_mistake(&format!("build {}", case[0]));
+        assert_says(&sentence, &case[1..]);
     }
-    fs::remove_file(bare.join("grasps.parquet")).unwrap();
-    refused("build g.parquet --onto bare.landscape", &["grasps.parquet"]);
 }

@@ -2,17 +2,12 @@
 
 use std::fs;
 
-use landscape::store::{GraspFile, GraspRow, Overrides};
+use landscape::store::GraspRow;
 
 use crate::desk::{Desk, assert_says};
+use crate::table::rows;
 
-fn read(desk: &Desk, name: &str) -> GraspFile {
-    GraspFile::read(&desk.path(name), Overrides::default())
-        .unwrap()
-        .0
-}
-
-const FEW: &str = "--steps 1 --keep all --drop 0 -q";
+const FEW: &str = "--steps 1 --keep all -q";
 
 /// Two hands on two objects: every value of a row but its id and source stays, and the other commands read the result.
 #[test]
@@ -22,15 +17,13 @@ fn joined_files_are_one() {
         "synth --hand gripper_parallel --object ball -n 3 {FEW} -o ball.parquet"
     ));
     desk.succeed(&format!("synth --object can -n 2 {FEW} -o can.parquet"));
-    let output = desk.run("join g.parquet ball.parquet can.parquet -o all.parquet");
-    assert!(output.status.success());
-    let said = String::from_utf8(output.stdout).unwrap();
+    let said = desk.print("join g.parquet ball.parquet can.parquet -o all.parquet");
     assert_says(
         &said,
         &["g.parquet", "ball.parquet", "human, gripper_parallel"],
     );
-    let parts = ["g", "ball", "can"].map(|name| read(&desk, &format!("{name}.parquet")));
-    let all = read(&desk, "all.parquet");
+    let parts = ["g", "ball", "can"].map(|name| desk.grasps(&format!("{name}.parquet")));
+    let all = desk.grasps("all.parquet");
     let sources = ["g.parquet", "ball.parquet", "can.parquet"];
     let expected: Vec<GraspRow> = (parts.iter().zip(sources))
         .flat_map(|(part, name)| part.grasps.iter().map(move |row| (row, name)))
@@ -61,25 +54,17 @@ fn joined_files_are_one() {
     // The checksum is right, and the next command reads all of it.
     desk.succeed("label all.parquet -q -o labelled.parquet");
     assert_eq!(
-        read(&desk, "labelled.parquet").grasps.len(),
+        desk.grasps("labelled.parquet").grasps.len(),
         all.grasps.len()
     );
     desk.succeed("survey all.parquet --no-map -q -o all.survey");
-    let summary = fs::read_to_string(desk.path("all.survey/summary.md")).unwrap();
+    let summary = desk.text("all.survey/summary.md");
     assert_says(&summary, &["2 hands on 2 objects"]);
-
-    let first = fs::read(desk.path("all.parquet")).unwrap();
-    desk.succeed("join g.parquet ball.parquet can.parquet -q --threads 1 -o again.parquet");
-    assert!(
-        first == fs::read(desk.path("again.parquet")).unwrap(),
-        "the same bytes"
-    );
 }
 
 #[test]
 fn repeated_grasps_are_told() {
     let desk = Desk::with_grasps();
-    desk.succeed("export g.parquet csv -q -o g.csv");
     fs::copy(desk.path("g.parquet"), desk.path("copy.parquet")).unwrap();
     let said = desk.succeed("join g.parquet copy.parquet");
     assert_says(
@@ -92,46 +77,31 @@ fn repeated_grasps_are_told() {
             "wrote g.joined.parquet",
         ],
     );
-    assert_eq!(read(&desk, "g.joined.parquet").grasps.len(), 12);
+    assert_eq!(desk.grasps("g.joined.parquet").grasps.len(), 12);
 }
 
 #[test]
 fn what_cannot_be_one_file_is_refused() {
     let desk = Desk::with_grasps();
-    let says = |line: &str, words: &[&str]| assert_says(&desk.early_mistake(line), words);
-    says("join g.parquet", &["g.parquet is one file", "two or more"]);
-    says("join g.parquet absent.parquet", &["absent.parquet"]);
-    says(
-        "join g.parquet g.parquet -o g.parquet",
-        &["g.parquet is an input"],
-    );
-    fs::write(desk.path("mine.parquet"), "mine").unwrap();
-    says(
-        "join g.parquet g.parquet -o mine.parquet",
-        &["mine.parquet exists", "--force"],
-    );
+    desk.write("mine.parquet", "mine");
     // Another energy, and another object of the same name.
-    fs::write(desk.path("rough.toml"), "[energy.layer]\nfriction = 0.3\n").unwrap();
+    desk.write("rough.toml", "[energy.layer]\nfriction = 0.3\n");
     desk.succeed(&format!(
         "synth --object ball -n 1 --config rough.toml {FEW} -o rough.parquet"
     ));
-    says(
-        "join g.parquet rough.parquet",
-        &[
-            "g.parquet and rough.parquet are of different energies",
-            "one --config",
-        ],
-    );
-    let object = &read(&desk, "g.parquet").metadata.objects[0].name;
+    let object = &desk.grasps("g.parquet").metadata.objects[0].name;
     desk.succeed(&format!(
         "synth --object can --name {object} -n 1 {FEW} -o other.parquet"
     ));
-    says(
-        "join g.parquet other.parquet",
-        &[
-            "g.parquet and other.parquet both have an object",
-            object,
-            "--name",
-        ],
-    );
+    let cases = "
+        join g.parquet | g.parquet is one file | two or more
+        join g.parquet absent.parquet | absent.parquet
+        join g.parquet g.parquet -o g.parquet | g.parquet is an input
+        join g.parquet g.parquet -o mine.parquet | mine.parquet exists | --force
+        join g.parquet rough.parquet | g.parquet and rough.parquet are of different energies | one --config
+        join g.parquet other.parquet | g.parquet and other.parquet both have an object | ball | --name
+    ";
+    for case in rows(cases) {
+        assert_says(&desk.early_mistake(case[0]), &case[1..]);
+    }
 }

@@ -7,83 +7,51 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::desk::Desk;
-use crate::{contents, grasps, in_cache, landscape};
+use crate::table::rows;
+use crate::{in_cache, thirty_grasps};
 
 /// Section of the page, and a command of which it describes the document.
-const RUNS: [(&str, &str); 39] = [
-    (
-        "synth",
-        "synth --object ball -n 4 --steps 1 --keep all --drop 2 -o s.parquet",
-    ),
-    (
-        "synth",
-        "synth --object ball -n 2 --steps 1 --keep all --drop 0 -q -o s.parquet",
-    ),
-    (
-        "build",
-        "build g.parquet --first 3 -o b.landscape --no-report",
-    ),
-    ("surface", "surface muller-brown --no-report"),
-    ("import of a landscape", "import database --no-report"),
-    ("inspect", "inspect g.parquet"),
-    ("inspect", "inspect thirty.parquet"),
-    ("inspect of contacts", "inspect contacts.json"),
-    ("inspect of contacts", "inspect one.json"),
-    (
-        "inspect --path",
-        "inspect g.landscape --path m0 m1 --pictures 2",
-    ),
-    ("stability", "stability g.parquet"),
-    ("label", "label g.parquet"),
-    ("label --explain", "label g.parquet --explain 0"),
-    ("join", "join g.parquet g.parquet -o twice.parquet"),
-    ("hands list", "hands list"),
-    ("hands inspect", "hands inspect gripper_parallel"),
-    ("objects list", "objects list"),
-    ("objects inspect", "objects inspect cube.obj"),
-    (
-        "objects inspect",
-        "objects inspect bottle_round --side-file side.json",
-    ),
-    (
-        "objects bake",
-        "objects bake model.safetensors --specs specs.json --scale 0.1 --cells 40 -o baked.obj",
-    ),
-    (
-        "import of grasps",
-        "import g.csv --hand human --object ball",
-    ),
-    ("report", "report g.landscape"),
-    ("draw", "draw g.landscape"),
-    ("compare", "compare g.landscape"),
-    (
-        "compare of two landscapes",
-        "compare g.landscape g.landscape -o two",
-    ),
-    ("diff", "diff g.landscape other.landscape"),
-    ("diversity", "diversity thirty.parquet"),
-    (
-        "survey",
-        "survey g.parquet thirty.parquet --first 30 --no-map -o counted.survey",
-    ),
-    ("survey", "survey g.parquet --first 3 --no-report"),
-    (
-        "a task of a survey",
-        "survey g.parquet --first 3 --no-report -o shared.survey --task 1/2",
-    ),
-    ("thermodynamics", "thermodynamics muller-brown.landscape"),
-    (
-        "rates",
-        "rates muller-brown.landscape --from m1 --to m0 --temperature 10,20",
-    ),
-    ("export", "export g.parquet csv -o e.csv"),
-    ("export", "export g.parquet urdf -o hand"),
-    ("config", "config build"),
-    ("cache", "cache"),
-    ("cache clear", "cache clear"),
-    ("completions", "completions bash"),
-    ("man", "man pages"),
-];
+const RUNS: &str = "
+    synth | synth --object ball -n 4 --steps 1 --keep all --drop 2 -o s.parquet
+    synth | synth --object ball -n 2 --steps 1 --keep all --drop 0 -q -o s.parquet
+    build | build g.parquet --first 3 -o b.landscape --no-report
+    surface | surface muller-brown --no-report
+    import of a landscape | import database --no-report
+    inspect | inspect g.parquet
+    inspect | inspect thirty.parquet
+    inspect of contacts | inspect contacts.json
+    inspect of contacts | inspect one.json
+    inspect --path | inspect g.landscape --path m0 m1 --pictures 2
+    stability | stability g.parquet
+    label | label g.parquet
+    label --explain | label g.parquet --explain 0
+    join | join g.parquet g.parquet -o twice.parquet
+    hands list | hands list
+    hands inspect | hands inspect gripper_parallel
+    objects list | objects list
+    objects inspect | objects inspect cube.obj
+    objects inspect | objects inspect bottle_round --side-file side.json
+    objects bake | objects bake model.safetensors --specs specs.json --scale 0.1 --cells 40 -o baked.obj
+    import of grasps | import g.csv --hand human --object ball
+    report | report g.landscape
+    draw | draw g.landscape
+    compare | compare g.landscape
+    compare of two landscapes | compare g.landscape g.landscape -o two
+    diff | diff g.landscape other.landscape
+    diversity | diversity thirty.parquet
+    survey | survey g.parquet thirty.parquet --first 30 --no-map -o counted.survey
+    survey | survey g.parquet --first 3 --no-report
+    a task of a survey | survey g.parquet --first 3 --no-report -o shared.survey --task 1/2
+    thermodynamics | thermodynamics muller-brown.landscape
+    rates | rates muller-brown.landscape --from m1 --to m0 --temperature 10,20
+    export | export g.parquet csv -o e.csv
+    export | export g.parquet urdf -o hand
+    config | config build
+    cache | cache
+    cache clear | cache clear
+    completions | completions bash
+    man | man pages
+";
 
 /// A field that the page describes.
 struct Field {
@@ -183,44 +151,27 @@ fn inputs() -> Desk {
     );
     copy("tests/reference/deepsdf/small_specs.json", "specs.json");
     copy("data/objects/box.obj", "cube.obj");
-    fs::create_dir(desk.path("g.landscape")).unwrap();
-    fs::create_dir(desk.path("database")).unwrap();
-    for (path, bytes) in contents(&landscape().path("g.landscape")) {
-        fs::write(
-            desk.path("g.landscape").join(path.file_name().unwrap()),
-            bytes,
-        )
-        .unwrap();
-    }
-    for name in ["min.data", "ts.data"] {
-        fs::copy(
-            desk.path("g.landscape").join(name),
-            desk.path("database").join(name),
-        )
-        .unwrap();
-    }
-    fs::write(
-        desk.path("contacts.json"),
+    desk.add_landscape("g.landscape");
+    desk.add_database("database");
+    desk.write("thirty.parquet", thirty_grasps());
+    desk.write(
+        "contacts.json",
         r#"{"contacts": [
             {"position": [0.03, 0, 0.01], "inward_normal": [-1, 0, 0]},
             {"position": [-0.03, 0, 0.01], "inward_normal": [1, 0, 0]},
             {"position": [0, 0.03, -0.01], "inward_normal": [0, -1, 0]},
             {"position": [0, -0.03, -0.01], "inward_normal": [0, 1, 0]}
         ]}"#,
-    )
-    .unwrap();
-    fs::write(
-        desk.path("one.json"),
+    );
+    desk.write(
+        "one.json",
         r#"{"contacts": [{"position": [0.03, 0, 0], "inward_normal": [-1, 0, 0]}], "length": 0.1}"#,
-    )
-    .unwrap();
+    );
     desk.succeed("export g.parquet csv -q -o g.csv");
     desk.succeed("surface muller-brown -q --no-report -o muller-brown.landscape");
-    desk.succeed("synth --object ball -n 30 --steps 1 --keep all --drop 0 -q -o thirty.parquet");
     desk.succeed(
         "build g.parquet --first 3 --seed 2 --neighbours 1 -q --no-report -o other.landscape",
     );
-    assert_eq!(fs::read(desk.path("g.parquet")).unwrap(), grasps());
     desk
 }
 
@@ -229,7 +180,10 @@ fn inputs() -> Desk {
 fn documents_are_as_described() {
     let desk = inputs();
     let mut sections = described();
-    for (section, line) in RUNS {
+    for run in rows(RUNS) {
+        let [section, line] = run[..] else {
+            panic!("{run:?}");
+        };
         let mut command = desk.command(&format!("{line} --json"));
         if line.starts_with("cache") {
             // Not the cache of whoever runs the tests.
@@ -274,8 +228,7 @@ fn every_command_has_its_document() {
         );
     }
     let runs = |command: &String| {
-        RUNS.iter()
-            .any(|(_, line)| format!("{line} ").starts_with(&format!("{command} ")))
+        rows(RUNS).any(|run| format!("{} ", run[1]).starts_with(&format!("{command} ")))
     };
     let forgotten: Vec<_> = commands.iter().filter(|command| !runs(command)).collect();
     assert_eq!(forgotten, [""; 0]);
@@ -287,10 +240,8 @@ fn every_command_has_its_document() {
 fn standard_output_holds_the_document_alone() {
     let desk = Desk::with_grasps();
     let document = |flags: &str| {
-        let output = desk.run(&format!("label g.parquet --force --json {flags}"));
-        assert!(output.status.success());
-        let value: Value = serde_json::from_slice(&output.stdout).unwrap();
-        (value, String::from_utf8(output.stderr).unwrap())
+        let (text, said) = desk.both(&format!("label g.parquet --force --json {flags}"));
+        (serde_json::from_str::<Value>(&text).unwrap(), said)
     };
     let (usual, _) = document("");
     let (quiet, nothing) = document("-q");
@@ -335,7 +286,6 @@ fn lines_may_be_documents() {
         "{error}"
     );
     desk.succeed("label g.parquet -q -o plain.parquet");
-    let [plain, logged] =
-        ["plain.parquet", "l.parquet"].map(|name| fs::read(desk.path(name)).unwrap());
+    let [plain, logged] = ["plain.parquet", "l.parquet"].map(|name| desk.bytes(name));
     assert!(plain == logged, "the same bytes");
 }

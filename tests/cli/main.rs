@@ -20,6 +20,9 @@ mod settings;
 mod spoilt_grasps;
 mod survey;
 
+#[cfg(unix)]
+#[path = "../crashes/mod.rs"]
+mod crashes;
 #[path = "../desk/mod.rs"]
 mod desk;
 #[path = "../folder/mod.rs"]
@@ -30,6 +33,8 @@ mod parts;
 mod records;
 #[path = "../skipped/mod.rs"]
 mod skipped;
+#[path = "../table/mod.rs"]
+mod table;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -53,16 +58,40 @@ fn in_cache(command: &mut Command, folder: &Path) {
 impl Desk {
     fn with_grasps() -> Self {
         let desk = Self::empty();
-        fs::write(desk.path("g.parquet"), grasps()).unwrap();
+        desk.write("g.parquet", grasps());
         desk
     }
 
-    /// Runs a command that must succeed and returns its standard error.
-    fn succeed(&self, line: &str) -> String {
-        let output = self.run(line);
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.success(), "landscape {line}: {said}");
-        said
+    /// Another folder with the same files.
+    fn copied(&self) -> Self {
+        let desk = Self::empty();
+        let from = self.folder.path();
+        for (path, bytes) in contents(from) {
+            let to = desk.folder.path().join(path.strip_prefix(from).unwrap());
+            if path.is_dir() {
+                fs::create_dir(to).unwrap();
+            } else {
+                fs::write(to, bytes).unwrap();
+            }
+        }
+        desk
+    }
+
+    /// A folder with a copy of [`landscape`] of this name.
+    fn add_landscape(&self, name: &str) {
+        fs::create_dir(self.path(name)).unwrap();
+        for (path, bytes) in contents(&landscape().path("g.landscape")) {
+            fs::write(self.path(name).join(path.file_name().unwrap()), bytes).unwrap();
+        }
+    }
+
+    /// A folder with `min.data` and `ts.data` of [`landscape`].
+    fn add_database(&self, name: &str) {
+        fs::create_dir(self.path(name)).unwrap();
+        for file in ["min.data", "ts.data"] {
+            let from = landscape().path("g.landscape").join(file);
+            fs::copy(from, self.path(name).join(file)).unwrap();
+        }
     }
 
     /// The message of a mistake that is found before anything is written.
@@ -118,11 +147,10 @@ impl Desk {
     }
 }
 
-/// Six ends of single descents.
+/// Six ends of single descents; without `--quiet` some of them would be dropped in a simulation.
 const SYNTH: &str = "synth --object ball -n 6 --steps 1 --keep all --seed 1 --quiet";
-const LONG_SYNTH: &str =
-    "synth --object ball -n 12 --steps 2000 --keep all --seed 1 --threads 1 -q";
-const BUILD: &str = "build g.parquet --first 3 --quiet";
+const LONG_SYNTH: &str = "synth --object ball -n 12 --steps 9 --keep all --seed 1 --threads 1 -q";
+const BUILD: &str = "build g.parquet --first 3";
 
 /// A slow protocol with a long time before gravity acts, so that there is time to kill the process. At its friction some
 /// grasps hold and others do not.
@@ -136,19 +164,46 @@ fn grasps() -> &'static [u8] {
         let desk = Desk::empty();
         desk.succeed(&format!("{SYNTH} --threads 1 -o g.parquet"));
         assert_eq!(names(desk.folder.path()), ["g.parquet"]);
-        fs::read(desk.path("g.parquet")).unwrap()
+        desk.bytes("g.parquet")
     })
 }
 
-/// The folder of [`BUILD`], made once, on one thread.
-fn landscape() -> &'static Desk {
-    static LANDSCAPE: OnceLock<Desk> = OnceLock::new();
-    LANDSCAPE.get_or_init(|| {
+/// `held.parquet` of [`STABILITY`], made once.
+fn held_grasps() -> &'static [u8] {
+    static HELD: OnceLock<Vec<u8>> = OnceLock::new();
+    HELD.get_or_init(|| {
         let desk = Desk::with_grasps();
-        desk.succeed(&format!("{BUILD} --threads 1"));
-        assert_eq!(names(desk.folder.path()), ["g.landscape", "g.parquet"]);
-        desk
+        desk.write("p.toml", PATIENT);
+        desk.succeed(&format!("{STABILITY} --threads 1"));
+        desk.bytes("held.parquet")
     })
+}
+
+/// Thirty ends of single descents, as many as a comparison of diversities needs, made once.
+fn thirty_grasps() -> &'static [u8] {
+    static THIRTY: OnceLock<Vec<u8>> = OnceLock::new();
+    THIRTY.get_or_init(|| {
+        let desk = Desk::empty();
+        desk.succeed("synth --object ball -n 30 --steps 1 --keep all -q -o thirty.parquet");
+        desk.bytes("thirty.parquet")
+    })
+}
+
+/// The folder of [`BUILD`] and what the command printed, made once, on one thread.
+fn built() -> &'static (Desk, String) {
+    static BUILT: OnceLock<(Desk, String)> = OnceLock::new();
+    BUILT.get_or_init(|| {
+        let desk = Desk::with_grasps();
+        let output = desk.run(&format!("{BUILD} --threads 1"));
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{said}");
+        assert_eq!(names(desk.folder.path()), ["g.landscape", "g.parquet"]);
+        (desk, String::from_utf8(output.stdout).unwrap())
+    })
+}
+
+fn landscape() -> &'static Desk {
+    &built().0
 }
 
 fn has_ending(name: &str, ending: &str) -> bool {

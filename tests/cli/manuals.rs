@@ -1,6 +1,5 @@
 //! Scripts for shells and manual pages know every command and every flag.
 
-use std::fs;
 use std::process::Command;
 
 use crate::desk::Desk;
@@ -13,7 +12,7 @@ fn bash_completes_what_was_begun() {
     let desk = Desk::empty();
     let output = desk.run("completions bash");
     assert!(output.status.success());
-    fs::write(desk.path("landscape.bash"), output.stdout).unwrap();
+    desk.write("landscape.bash", output.stdout);
     for (words, expected) in [
         ("landscape sta", "stability"),
         ("landscape synth --spr", "--spread"),
@@ -38,8 +37,7 @@ fn bash_completes_what_was_begun() {
         assert!(found, "{words}: {told} {said}");
     }
     for shell in ["zsh", "fish", "elvish", "powershell"] {
-        let output = desk.run(&format!("completions {shell}"));
-        let script = String::from_utf8(output.stdout).unwrap();
+        let script = desk.print(&format!("completions {shell}"));
         for word in ["stability", "completions", "spread", "no-report"] {
             assert!(script.contains(word), "{shell}: {word}");
         }
@@ -54,7 +52,7 @@ fn every_command_has_a_page() {
     let mut expected = Vec::new();
     let mut open = vec![("landscape".to_owned(), landscape::cli::definition())];
     while let Some((name, command)) = open.pop() {
-        let page = fs::read_to_string(desk.path(&format!("pages/{name}.1"))).unwrap();
+        let page = desk.text(&format!("pages/{name}.1"));
         // Hyphens are escaped.
         let page = page.replace("\\-", "-");
         assert!(page.contains(&format!("{name} -")), "{name}");
@@ -75,7 +73,7 @@ fn every_command_has_a_page() {
     assert_eq!(found, expected);
     // The same pages are written again, but nothing of others.
     desk.succeed("man pages -q");
-    fs::write(desk.path("pages/thesis.tex"), "years of work").unwrap();
+    desk.write("pages/thesis.tex", "years of work");
     let sentence = desk.early_mistake("man pages");
     assert!(sentence.contains("thesis.tex"), "{sentence}");
 }

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::Path;
 
 use crate::desk::{Desk, assert_says};
+use crate::table::rows;
 use crate::{in_cache, names};
-use landscape::store::{GraspFile, Overrides};
 
 /// The small test network as a user has it: weights and specs in one folder.
 fn desk_with_network() -> Desk {
@@ -39,12 +39,12 @@ fn a_network_becomes_an_object() {
         names(desk.folder.path()),
         ["cache", "jar.obj", "model.safetensors", "specs.json"]
     );
-    let mesh = fs::read(desk.path("jar.obj")).unwrap();
+    let mesh = desk.bytes("jar.obj");
     run(
         "objects bake model.safetensors --specs specs.json --codes model.safetensors --code 2 --scale 0.05 --cells 40 \
          -o again.obj --threads 1",
     );
-    assert_eq!(fs::read(desk.path("again.obj")).unwrap(), mesh);
+    assert_eq!(desk.bytes("again.obj"), mesh);
     let fields = fs::read_dir(cache.join("landscape/fields")).map(Iterator::count);
     if cfg!(target_os = "linux") {
         assert_eq!(
@@ -54,7 +54,7 @@ fn a_network_becomes_an_object() {
         );
     }
     run("synth --object jar.obj -n 2 --steps 1 --keep all -o jar.parquet");
-    let (file, _) = GraspFile::read(&desk.path("jar.parquet"), Overrides::default()).unwrap();
+    let file = desk.grasps("jar.parquet");
     assert_eq!(
         (file.grasps.len(), &*file.metadata.objects[0].name),
         (2, "jar")
@@ -64,91 +64,35 @@ fn a_network_becomes_an_object() {
 #[test]
 fn mistakes_with_networks() {
     let desk = desk_with_network();
-    let specs = fs::read_to_string(desk.path("specs.json")).unwrap();
-    fs::write(
-        desk.path("wide.json"),
-        specs.replace("\"CodeLength\": 16", "\"CodeLength\": 17"),
-    )
-    .unwrap();
-    fs::write(
-        desk.path("typo.json"),
-        specs.replace("latent_in", "latent_on"),
-    )
-    .unwrap();
-    fs::write(desk.path("taken.json"), &specs).unwrap();
-    fs::write(desk.path("model.pth"), "").unwrap();
-    fs::write(desk.path("text.safetensors"), "hello, hello, hello").unwrap();
+    fs::copy(desk.path("specs.json"), desk.path("taken.json")).unwrap();
+    desk.write("model.pth", "");
     fs::create_dir(desk.path("alone")).unwrap();
     fs::copy(
         desk.path("model.safetensors"),
         desk.path("alone/model.safetensors"),
     )
     .unwrap();
-    let cases: [(&str, &[&str]); 13] = [
-        ("absent.safetensors", &["cannot read absent.safetensors"]),
-        (
-            "model.pth",
-            &["model.pth", ".safetensors", "docs/neural_objects.md"],
-        ),
-        (
-            "text.safetensors",
-            &["text.safetensors is not a valid .safetensors file"],
-        ),
-        (
-            "alone/model.safetensors",
-            &["no alone/specs.json", "--specs"],
-        ),
-        (
-            "model.safetensors --specs absent.json",
-            &["cannot read absent.json"],
-        ),
-        (
-            "model.safetensors --specs wide.json",
-            &["lin0.weight_v", "[128, 19]", "[128, 20]"],
-        ),
-        (
-            "model.safetensors --specs typo.json",
-            &["typo.json", "`latent_on`", "`latent_in`"],
-        ),
-        (
-            "model.safetensors --code 3",
-            &["--code 3", "has 3, numbered from 0"],
-        ),
-        ("model.safetensors --cells 4", &["--cells 4", "16"]),
-        (
-            "model.safetensors --scale -0.1",
-            &["--scale -0.1", "not from 1e-6"],
-        ),
-        ("model.safetensors --scale 100", &["metres are expected"]),
-        (
-            "model.safetensors -o bottle.stl",
-            &["--output bottle.stl", ".obj"],
-        ),
-        (
-            "model.safetensors -o taken.obj",
-            &["taken.json", "--output"],
-        ),
-    ];
-    for (rest, words) in cases {
-        let scale = if rest.contains("--scale") {
-            ""
-        } else {
-            " --scale 0.1"
-        };
-        let output = if rest.contains("-o ") {
-            ""
-        } else {
-            " -o bottle.obj"
-        };
-        let cells = if rest.contains("--cells") {
-            ""
-        } else {
-            " --cells 16"
-        };
-        assert_says(
-            &desk.early_mistake(&format!("objects bake -q {rest}{scale}{output}{cells}")),
-            words,
-        );
+    let cases = "
+        absent.safetensors | cannot read absent.safetensors
+        model.pth | model.pth | .safetensors | docs/neural_objects.md
+        alone/model.safetensors | no alone/specs.json | --specs
+        model.safetensors --code 3 | --code 3 | has 3, numbered from 0
+        model.safetensors --cells 4 | --cells 4 | 16
+        model.safetensors --scale -0.1 | --scale -0.1 | not from 1e-6
+        model.safetensors --scale 100 | metres are expected
+        model.safetensors -o bottle.stl | --output bottle.stl | .obj
+        model.safetensors -o taken.obj | taken.json | --output
+    ";
+    for case in rows(cases) {
+        let flags = [
+            ("--scale", " --scale 0.1"),
+            ("-o ", " -o bottle.obj"),
+            ("--cells", " --cells 16"),
+        ];
+        let missing = flags.iter().filter(|(flag, _)| !case[0].contains(flag));
+        let missing: String = missing.map(|(_, text)| *text).collect();
+        let sentence = desk.early_mistake(&format!("objects bake -q {}{missing}", case[0]));
+        assert_says(&sentence, &case[1..]);
     }
 }
 
@@ -188,17 +132,13 @@ fn cuboid([x, y, z]: [f64; 3], open: bool) -> String {
 fn what_is_refused_for_its_holes_is_told_apart_from_what_is_closed() {
     let desk = Desk::empty();
     // The top is 1 of 1 + 1 + 4 · 2 areas and a little: 10.04 %.
-    fs::write(desk.path("open.obj"), cuboid([0.03, 0.03, 0.0597], true)).unwrap();
+    desk.write("open.obj", cuboid([0.03, 0.03, 0.0597], true));
     let sentence = desk.early_mistake("objects inspect open.obj");
     assert_says(
         &sentence,
         &["about 10.1 % of its surface is missing; up to 10 %"],
     );
-    fs::write(
-        desk.path("huge.obj"),
-        cuboid([89.2000007629, 30.0, 30.0], false),
-    )
-    .unwrap();
+    desk.write("huge.obj", cuboid([89.2000007629, 30.0, 30.0], false));
     let sentence = desk.early_mistake("objects inspect huge.obj");
     assert_says(&sentence, &["huge is 178.4 m across", "--scale 0.001"]);
 }
@@ -207,7 +147,7 @@ fn what_is_refused_for_its_holes_is_told_apart_from_what_is_closed() {
 #[test]
 fn a_mesh_that_runs_through_itself_is_told() {
     let desk = Desk::empty();
-    fs::write(desk.path("sound.obj"), cuboid([0.03, 0.03, 0.03], false)).unwrap();
+    desk.write("sound.obj", cuboid([0.03, 0.03, 0.03], false));
     let said = desk.succeed("objects inspect sound.obj");
     assert!(!said.contains("intersects itself"), "{said}");
     // A bar bent until its end lies in its beginning: rings of four corners, along a turn and a bit.
@@ -241,7 +181,7 @@ fn a_mesh_that_runs_through_itself_is_told() {
         last + 2,
         last + 1
     );
-    fs::write(desk.path("bent.obj"), text).unwrap();
+    desk.write("bent.obj", text);
     let said = desk.succeed("objects inspect bent.obj");
     assert_says(&said, &["bent intersects itself"]);
 }

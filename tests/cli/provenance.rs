@@ -2,7 +2,6 @@
 #![cfg(unix)]
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::ffi::OsStr;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -13,356 +12,64 @@ use landscape::hand::HandFiles;
 use landscape::store::{GraspFile, LandscapeFiles, Overrides};
 
 use crate::desk::Desk;
-use crate::{PATIENT, contents, grasps, landscape};
+use crate::table::rows;
+use crate::{contents, grasps, held_grasps};
 
 /// Runs of every verb that records its command. Together they use all its flags. `@` stands for the folder of the inputs.
-const RUNS: [(&str, &[&str]); 24] = [
-    (
-        "synth",
-        &[
-            "--hand",
-            "@/robot/urdf/own's hand.urdf",
-            "--hand-folder",
-            "@/robot",
-            "--mirror",
-            "--object",
-            "@/Kugel ü.obj",
-            "--scale",
-            "1.1",
-            "--name",
-            "Kanne 'x'",
-            "-n",
-            "3",
-            "--steps",
-            "1",
-            "--seed",
-            "7",
-            "--config",
-            "@/-set.toml",
-            "--keep",
-            "all",
-            "--spread",
-            "2",
-        ],
-    ),
-    (
-        "synth",
-        &[
-            "--object", "ball", "-n", "2", "--steps", "1", "--keep", "all",
-        ],
-    ),
-    (
-        "synth",
-        &[
-            "--object",
-            "@/half shell.obj",
-            "--scale",
-            "0.8",
-            "--thickness",
-            "2.5",
-            "-n",
-            "2",
-            "--steps",
-            "1",
-            "--keep",
-            "all",
-        ],
-    ),
-    (
-        "synth",
-        &[
-            "--from",
-            "@/-g.parquet",
-            "--perturb",
-            "3",
-            "--steps",
-            "1",
-            "--keep",
-            "all",
-            "--hand",
-            "@/own's hand.urdf",
-        ],
-    ),
-    (
-        "synth",
-        &[
-            "--object",
-            "@/one/shapes.toml",
-            "--config",
-            "@/two/shapes.toml",
-            "-n",
-            "2",
-            "--steps",
-            "1",
-            "--keep",
-            "all",
-        ],
-    ),
-    (
-        "build",
-        &[
-            "@/held $1.parquet",
-            "--neighbours",
-            "1",
-            "--temperature",
-            "0.02",
-            "--pull",
-            "40",
-            "--group-barrier",
-            "0.05",
-            "--paths",
-            "band",
-            "--only-stable",
-            "--first",
-            "3",
-            "--seed",
-            "5",
-            "--object",
-            "ball",
-        ],
-    ),
-    ("build", &["@/-g.parquet", "--onto", "@/it's old"]),
-    (
-        "build",
-        &[
-            "@/-g.parquet",
-            "--onto",
-            "@/it's old",
-            "--connect",
-            "m0",
-            "1",
-        ],
-    ),
-    (
-        "build",
-        &[
-            "@/-g.parquet",
-            "--first",
-            "2",
-            "--search",
-            "adelm",
-            "--config",
-            "@/map it's.toml",
-            "--hand",
-            "@/own's hand.urdf",
-            "--object",
-            "@/Kugel ü.obj",
-        ],
-    ),
-    (
-        "surface",
-        &[
-            "muller-brown",
-            "--region=-1.6:1.2,-0.3:2",
-            "--patience",
-            "2",
-            "--searches",
-            "40",
-            "--paths",
-            "band",
-            "--seed",
-            "3",
-            "--group-barrier",
-            "0.5",
-            "--config",
-            "@/search.toml",
-        ],
-    ),
-    (
-        "surface",
-        &[
-            "--command",
-            "python3 \"waves it's.py\"",
-            "--region",
-            "0:6x2",
-            "--coordinates",
-            "angles",
-            "--symmetries",
-            "@/own's copies.txt",
-            "--answer-seconds",
-            "90",
-            "--protocol",
-            "json",
-            "--searches",
-            "20",
-        ],
-    ),
-    (
-        "surface",
-        &[
-            "--command",
-            "python3 pairs.py",
-            "--region=-1:1x9",
-            "--coordinates",
-            "atoms",
-            "--elements",
-            "Ar2,Kr",
-            "--searches",
-            "20",
-        ],
-    ),
-    (
-        "surface",
-        &[
-            "muller-brown",
-            "--search",
-            "lowest",
-            "--lowest",
-            "3",
-            "--searches",
-            "64",
-            // A clock that does not decide.
-            "--budget",
-            "2h",
-            "--from",
-            "@/known points.txt",
-        ],
-    ),
-    (
-        "surface",
-        &["muller-brown", "--searches", "64", "--connect", "m0", "m2"],
-    ),
-    (
-        "import",
-        &[
-            "@/t.csv",
-            "--hand",
-            "@/robot/urdf/own's hand.urdf",
-            "--hand-folder",
-            "@/robot",
-            "--mirror",
-            "--object",
-            "@/Kugel ü.obj",
-            "--scale",
-            "1.25",
-            "--name",
-            "my mug's",
-            "--mapping",
-            "@/m.toml",
-        ],
-    ),
-    (
-        "import",
-        &["@/my arrays", "--hand", "human", "--object", "ball"],
-    ),
-    (
-        "import",
-        &[
-            "@/t.csv",
-            "--hand",
-            "human",
-            "--object",
-            "@/half shell.obj",
-            "--scale",
-            "1",
-            "--thickness",
-            "3",
-        ],
-    ),
-    ("import", &["@/my data", "--group-barrier", "0.1"]),
-    (
-        "label",
-        &[
-            "@/-g.parquet",
-            "--from",
-            "@/l.csv",
-            "--rule",
-            "@/rule.toml",
-            "--hand",
-            "@/own's hand.urdf",
-            "--object",
-            "@/Kugel ü.obj",
-        ],
-    ),
-    (
-        "join",
-        &[
-            "@/-g.parquet",
-            "@/held $1.parquet",
-            "--hand",
-            "@/own's hand.urdf",
-            "--object",
-            "@/Kugel ü.obj",
-        ],
-    ),
-    (
-        "stability",
-        &[
-            "@/-g.parquet",
-            "--config",
-            "@/short.toml",
-            "--hand",
-            "@/own's hand.urdf",
-            "--object",
-            "@/Kugel ü.obj",
-        ],
-    ),
-    (
-        "stability",
-        &["@/-g.parquet", "--protocol", "six-directions"],
-    ),
-    (
-        "survey",
-        &[
-            "@/held $1.parquet",
-            "--only-stable",
-            "--first",
-            "3",
-            "--group-barrier",
-            "0.05",
-            "--config",
-            "@/map it's.toml",
-            "--seed",
-            "5",
-            "--object",
-            "ball",
-        ],
-    ),
-    (
-        "survey",
-        &["@/-g.parquet", "--no-map", "--hand", "@/own's hand.urdf"],
-    ),
-];
+const RUNS: &str = r#"
+    synth | --hand | @/robot/urdf/own's hand.urdf | --hand-folder | @/robot | --mirror | --object | @/Kugel ü.obj | --scale | 1.1 | --name | Kanne 'x' | -n | 3 | --steps | 1 | --seed | 7 | --config | @/-set.toml | --keep | all | --spread | 2
+    synth | --object | ball | -n | 2 | --steps | 1 | --keep | all
+    synth | --object | @/half shell.obj | --scale | 0.8 | --thickness | 2.5 | -n | 2 | --steps | 1 | --keep | all
+    synth | --from | @/-g.parquet | --perturb | 3 | --steps | 1 | --keep | all | --hand | @/own's hand.urdf
+    synth | --object | @/one/shapes.toml | --config | @/two/shapes.toml | -n | 2 | --steps | 1 | --keep | all
+    build | @/held $1.parquet | --neighbours | 1 | --temperature | 0.02 | --pull | 40 | --group-barrier | 0.05 | --only-stable | --first | 3 | --seed | 5 | --object | ball | --config | @/map it's.toml
+    build | @/-g.parquet | --onto | @/it's old
+    build | @/-g.parquet | --onto | @/it's old | --connect | m0 | 1
+    build | @/-g.parquet | --first | 2 | --search | adelm | --config | @/map it's.toml | --hand | @/own's hand.urdf | --object | @/Kugel ü.obj
+    surface | muller-brown | --region=-1.6:1.2,-0.3:2 | --patience | 2 | --searches | 40 | --seed | 3 | --group-barrier | 0.5 | --config | @/search.toml
+    surface | --command | python3 "waves it's.py" | --region | 0:6x2 | --coordinates | angles | --symmetries | @/own's copies.txt | --answer-seconds | 90 | --protocol | json | --searches | 20
+    surface | --command | python3 pairs.py | --region=-1:1x9 | --coordinates | atoms | --elements | Ar2,Kr | --searches | 20
+    surface | muller-brown | --search | lowest | --lowest | 3 | --searches | 64 | --budget | 2h | --from | @/known points.txt
+    surface | muller-brown | --searches | 64 | --connect | m0 | m2
+    import | @/t.csv | --hand | @/robot/urdf/own's hand.urdf | --hand-folder | @/robot | --mirror | --object | @/Kugel ü.obj | --scale | 1.25 | --name | my mug's | --mapping | @/m.toml
+    import | @/my arrays | --hand | human | --object | ball
+    import | @/t.csv | --hand | human | --object | @/half shell.obj | --scale | 1 | --thickness | 3
+    import | @/my data | --group-barrier | 0.1
+    label | @/-g.parquet | --from | @/l.csv | --rule | @/rule.toml | --hand | @/own's hand.urdf | --object | @/Kugel ü.obj
+    join | @/-g.parquet | @/held $1.parquet | --hand | @/own's hand.urdf | --object | @/Kugel ü.obj
+    stability | @/-g.parquet | --config | @/short.toml | --hand | @/own's hand.urdf | --object | @/Kugel ü.obj
+    stability | @/one.parquet | --protocol | six-directions
+    survey | @/held $1.parquet | --only-stable | --first | 3 | --group-barrier | 0.05 | --config | @/map it's.toml | --seed | 5 | --object | ball
+    survey | @/-g.parquet | --no-map | --hand | @/own's hand.urdf
+"#;
 
 /// Flags that do not change the output of these verbs, with the reason.
-const WITHOUT_TRACE: [(&str, &str); 16] = [
-    (
-        "drop",
-        "tells how a sample fares; the file is written before",
-    ),
-    ("threads", "any number of threads gives the same bytes"),
-    ("quiet", "tells less"),
-    ("json", "tells the same in another form"),
-    ("verbose", "tells more"),
-    ("log-format", "tells the same in another form"),
-    (
-        "force",
-        "changes nothing but whether there was something before",
-    ),
-    (
-        "answer-seconds",
-        "ends a run, or changes nothing of what it finds",
-    ),
-    (
-        "resume",
-        "continues an interrupted run, which ends in the same bytes",
-    ),
-    ("task", "maps a part, which ends in the same bytes"),
-    ("fresh", "does what would have been done before"),
-    ("output", "is the name of what is written"),
-    ("help", "writes nothing"),
-    ("version", "writes nothing"),
-    ("explain", "writes nothing"),
-    ("no-report", "leaves out a page and changes no other file"),
-];
+const WITHOUT_TRACE: &str = "
+    drop | tells how a sample fares; the file is written before
+    threads | any number of threads gives the same bytes
+    quiet | tells less
+    json | tells the same in another form
+    verbose | tells more
+    log-format | tells the same in another form
+    force | changes nothing but whether there was something before
+    answer-seconds | ends a run, or changes nothing of what it finds
+    resume | continues an interrupted run, which ends in the same bytes
+    task | maps a part, which ends in the same bytes
+    fresh | does what would have been done before
+    output | is the name of what is written
+    help | writes nothing
+    version | writes nothing
+    explain | writes nothing
+    no-report | leaves out a page and changes no other file
+";
 
 /// A folder of input files with unusual names.
 fn inputs() -> &'static Desk {
     static INPUTS: OnceLock<Desk> = OnceLock::new();
     INPUTS.get_or_init(|| {
         let desk = Desk::empty();
-        let write = |name: &str, text: &str| fs::write(desk.path(name), text).unwrap();
-        for folder in ["robot", "robot/urdf", "one", "two", "my arrays", "my data"] {
+        let write = |name: &str, text: &str| desk.write(name, text);
+        for folder in ["robot", "robot/urdf", "one", "two", "my arrays"] {
             fs::create_dir(desk.path(folder)).unwrap();
         }
         let human = HandFiles::named("human").unwrap().files;
@@ -404,9 +111,11 @@ fn inputs() -> &'static Desk {
             "0.6 0.03\n-0.5, 1.4  # near a minimum\n",
         );
         write("two/shapes.toml", "[energy]\nprior_weight = 0.03\n");
-        write("map it's.toml", "[map.chain]\npatience = 120\n");
+        write(
+            "map it's.toml",
+            "[map]\nsearches = 2\n[map.chain]\npatience = 120\n",
+        );
         write("search.toml", "[search]\nmodes = 3\n");
-        write("p.toml", PATIENT);
         write(
             "short.toml",
             "protocol = \"drop\"\nsteps = 60\nsettle_s = 0.2\n",
@@ -419,21 +128,17 @@ fn inputs() -> &'static Desk {
             "1 2 # every point is its own only copy\n",
         );
         write("pairs.py", PAIRS);
-        fs::write(desk.path("-g.parquet"), grasps()).unwrap();
-        fs::write(desk.path("held.parquet"), grasps()).unwrap();
-        desk.succeed("stability held.parquet --config p.toml -q -o h");
-        fs::rename(desk.path("h"), desk.path("held $1.parquet")).unwrap();
+        desk.write("-g.parquet", grasps());
+        desk.write("held $1.parquet", held_grasps());
+        desk.write("held.parquet", grasps());
+        let mut one = desk.grasps("-g.parquet");
+        one.grasps.truncate(1);
+        one.write(&desk.path("one.parquet")).unwrap();
         desk.succeed("export held.parquet csv -q -o t.csv");
         desk.succeed("export held.parquet dexgraspnet -q -o a.npy");
         fs::rename(desk.path("a.npy"), desk.path("my arrays/a.npy")).unwrap();
-        fs::create_dir(desk.path("it's old")).unwrap();
-        for (path, bytes) in contents(&landscape().path("g.landscape")) {
-            let name = path.file_name().unwrap();
-            if ["min.data", "ts.data"].map(OsStr::new).contains(&name) {
-                fs::write(desk.path("my data").join(name), &bytes).unwrap();
-            }
-            fs::write(desk.path("it's old").join(name), bytes).unwrap();
-        }
+        desk.add_landscape("it's old");
+        desk.add_database("my data");
         desk
     })
 }
@@ -466,21 +171,6 @@ for line in sys.stdin:
             gradient[3 * j + k] -= slope * arm[k]
     print(json.dumps({"energy": energy, "gradient": gradient}), flush=True)
 "#;
-
-/// A folder with the inputs.
-fn with_inputs() -> Desk {
-    let desk = Desk::empty();
-    let from = inputs().folder.path();
-    for (path, bytes) in contents(from) {
-        let to = desk.folder.path().join(path.strip_prefix(from).unwrap());
-        if path.is_dir() {
-            fs::create_dir(to).unwrap();
-        } else {
-            fs::write(to, bytes).unwrap();
-        }
-    }
-    desk
-}
 
 /// The output of a run, without its durations.
 fn written(path: &Path) -> BTreeMap<String, Vec<u8>> {
@@ -520,14 +210,15 @@ fn remade(verb: &str) {
     ))
     .unwrap();
     let python = Command::new("python3").arg("--version").output().is_ok();
-    for (_, arguments) in RUNS.iter().filter(|(of, _)| *of == verb) {
+    for run in rows(RUNS).filter(|run| run[0] == verb) {
+        let arguments = &run[1..];
         if arguments.iter().any(|word| word.contains("python3")) && !python {
             crate::skipped::skipped("there is no python3");
             continue;
         }
         let first = Desk::empty();
-        fs::write(first.path("waves it's.py"), WAVES).unwrap();
-        fs::write(first.path("pairs.py"), PAIRS).unwrap();
+        first.write("waves it's.py", WAVES);
+        first.write("pairs.py", PAIRS);
         let folder = inputs().folder.path().display().to_string();
         let given = arguments.iter().map(|word| word.replacen('@', &folder, 1));
         let output = first
@@ -543,7 +234,7 @@ fn remade(verb: &str) {
             !command.contains(&folder) && !command.contains("/tmp"),
             "{command}"
         );
-        let again = with_inputs();
+        let again = inputs().copied();
         let before: BTreeSet<String> = crate::names(again.folder.path()).into_iter().collect();
         let output = Command::new("sh")
             .arg("-c")
@@ -571,55 +262,28 @@ fn remade(verb: &str) {
 }
 
 #[test]
-fn recorded_synth_remakes_the_file() {
-    remade("synth");
+fn recorded_grasps_are_remade() {
+    for verb in ["synth", "import", "join", "label", "stability"] {
+        remade(verb);
+    }
 }
 
 #[test]
-fn recorded_build_remakes_the_folder() {
-    remade("build");
-}
-
-#[test]
-fn recorded_surface_remakes_the_folder() {
-    remade("surface");
-}
-
-#[test]
-fn recorded_import_remakes_the_file() {
-    remade("import");
-}
-
-#[test]
-fn recorded_join_remakes_the_file() {
-    remade("join");
-}
-
-#[test]
-fn recorded_label_remakes_the_file() {
-    remade("label");
-}
-
-#[test]
-fn recorded_stability_remakes_the_file() {
-    remade("stability");
-}
-
-#[test]
-fn recorded_survey_remakes_the_folder() {
-    remade("survey");
+fn recorded_landscapes_are_remade() {
+    for verb in ["build", "surface", "survey"] {
+        remade(verb);
+    }
 }
 
 /// A new flag must be in [`RUNS`] or in the list of flags that leave no trace, with the reason.
 #[test]
 fn every_flag_is_recorded_or_leaves_no_trace() {
     let definition = definition();
-    let verbs: BTreeSet<&str> = RUNS.iter().map(|(verb, _)| *verb).collect();
+    let verbs: BTreeSet<&str> = rows(RUNS).map(|run| run[0]).collect();
     for verb in verbs {
-        let given: BTreeSet<String> = RUNS
-            .iter()
-            .filter(|(of, _)| *of == verb)
-            .flat_map(|(_, words)| words.iter())
+        let given: BTreeSet<String> = rows(RUNS)
+            .filter(|run| run[0] == verb)
+            .flatten()
             .filter_map(|word| word.split('=').next()?.strip_prefix('-'))
             .map(|word| word.trim_start_matches('-').to_owned())
             .collect();
@@ -630,33 +294,11 @@ fn every_flag_is_recorded_or_leaves_no_trace() {
             assert!(
                 given.contains(long)
                     || given.contains(&short)
-                    || WITHOUT_TRACE.iter().any(|(name, _)| *name == long),
+                    || rows(WITHOUT_TRACE).any(|row| row[0] == long),
                 "`landscape {verb} --{long}` is not among the runs whose recorded commands are tried"
             );
         }
     }
-}
-
-/// The bytes do not depend on how a path is written, and they do not contain the place of the file.
-#[test]
-fn paths_leave_no_trace() {
-    let desk = with_inputs();
-    fs::create_dir(desk.path("deep")).unwrap();
-    for ending in ["obj", "json"] {
-        let from = desk.path("Kugel ü").with_extension(ending);
-        fs::copy(from, desk.path("b").with_extension(ending)).unwrap();
-    }
-    let whole = desk.path("b.obj").display().to_string();
-    let files: Vec<Vec<u8>> = ["b.obj", "./b.obj", "deep/../b.obj", &whole]
-        .iter()
-        .map(|object| {
-            desk.succeed(&format!(
-                "synth --object {object} -n 2 --steps 1 --keep all -q -o x.parquet"
-            ));
-            fs::read(desk.path("x.parquet")).unwrap()
-        })
-        .collect();
-    assert!(files.iter().all(|bytes| *bytes == files[0]));
 }
 
 /// A file to which labels and outcomes of simulations were added still records how its grasps were made, and from which
@@ -665,7 +307,7 @@ fn paths_leave_no_trace() {
 fn earlier_commands_are_kept() {
     let desk = Desk::with_grasps();
     desk.succeed("label g.parquet -q -o l.parquet");
-    let (file, _) = GraspFile::read(&desk.path("l.parquet"), Overrides::default()).unwrap();
+    let file = desk.grasps("l.parquet");
     let metadata = file.metadata;
     assert_eq!(metadata.command, "landscape label g.parquet");
     let [input] = metadata.inputs.as_slice() else {
@@ -679,22 +321,10 @@ fn earlier_commands_are_kept() {
     let [before] = metadata.earlier.as_slice() else {
         panic!("{:?}", metadata.earlier);
     };
-    let (file, _) = GraspFile::read(&desk.path("g.parquet"), Overrides::default()).unwrap();
+    let file = desk.grasps("g.parquet");
     assert_eq!(before.command, file.metadata.command);
     assert_eq!(
         before.command,
         "landscape synth --object ball -n 6 --steps 1 --seed 1 --keep all"
     );
-}
-
-/// Grasps are dropped after they are written, so that it changes no byte how many are.
-#[test]
-fn dropping_grasps_leaves_the_file_as_it_is() {
-    let desk = Desk::empty();
-    let line = "synth --object ball -n 2 --steps 1 --keep all";
-    desk.succeed(&format!("{line} --drop 0 -o none.parquet"));
-    desk.succeed(&format!("{line} --drop 2 -o two.parquet"));
-    let [none, two] =
-        ["none.parquet", "two.parquet"].map(|name| fs::read(desk.path(name)).unwrap());
-    assert!(none == two);
 }

@@ -5,13 +5,8 @@ use std::fs;
 use serde_json::Value;
 
 use crate::desk::{Desk, assert_says};
-use crate::{BUILD, landscape, promised};
-
-fn printed(desk: &Desk, line: &str) -> String {
-    let output = desk.run(line);
-    assert!(output.status.success(), "{line}");
-    String::from_utf8(output.stdout).unwrap()
-}
+use crate::table::rows;
+use crate::{BUILD, built, landscape, promised};
 
 /// The settings that a landscape records.
 fn recorded(desk: &Desk, folder: &str) -> Value {
@@ -23,19 +18,15 @@ fn recorded(desk: &Desk, folder: &str) -> Value {
 #[test]
 fn a_printed_file_gives_the_same_landscape() {
     let desk = Desk::with_grasps();
-    fs::write(desk.path("mine.toml"), printed(&desk, "config build")).unwrap();
-    desk.succeed(&format!("{BUILD} --config mine.toml -o g.landscape"));
+    desk.write("mine.toml", desk.print("config build"));
+    desk.succeed(&format!(
+        "{BUILD} --config mine.toml --no-report -o g.landscape"
+    ));
     let (found, usual) = (
         promised(&desk.path("g.landscape")),
         promised(&landscape().path("g.landscape")),
     );
-    for name in [
-        "minima.parquet",
-        "edges.parquet",
-        "paths.parquet",
-        "tree.nwk",
-        "barriers.graphml",
-    ] {
+    for name in "minima.parquet edges.parquet paths.parquet tree.nwk barriers.graphml".split(' ') {
         assert!(found[name] == usual[name], "{name}");
     }
     assert_eq!(
@@ -48,18 +39,13 @@ fn a_printed_file_gives_the_same_landscape() {
 #[test]
 fn settings_of_a_file_are_used() {
     let desk = Desk::with_grasps();
-    fs::write(
-        desk.path("mine.toml"),
-        "temperature = 0.03\nforce = 90.0\n[map]\nneighbours = 2\nseed = 7\n[map.path]\nmethod = \"band\"\nsegments = 9\n",
-    )
-    .unwrap();
+    desk.write("mine.toml", "temperature = 0.03\nforce = 90.0\n[map]\nneighbours = 2\nseed = 7\n[map.path]\nsegments = 9\n");
     desk.succeed(&format!(
-        "{BUILD} --config mine.toml --neighbours 1 -o a.landscape"
+        "{BUILD} --config mine.toml --neighbours 1 --no-report -o a.landscape"
     ));
     let text = recorded(&desk, "a.landscape").to_string();
     for part in [
         "\"neighbours\":1",
-        "\"method\":\"band\"",
         "\"segments\":9",
         "\"seed\":7",
         "0.03",
@@ -69,17 +55,16 @@ fn settings_of_a_file_are_used() {
     }
     let plain = "surface muller-brown -q --no-report";
     desk.succeed(&format!("{plain} -o usual.landscape"));
-    fs::write(desk.path("printed.toml"), printed(&desk, "config surface")).unwrap();
+    desk.write("printed.toml", desk.print("config surface"));
     desk.succeed(&format!("{plain} --config printed.toml -o same.landscape"));
     assert_eq!(
-        fs::read(desk.path("usual.landscape/stationary.parquet")).unwrap(),
-        fs::read(desk.path("same.landscape/stationary.parquet")).unwrap()
+        desk.bytes("usual.landscape/stationary.parquet"),
+        desk.bytes("same.landscape/stationary.parquet")
     );
-    fs::write(
-        desk.path("few.toml"),
+    desk.write(
+        "few.toml",
         "[search]\npatience = 2\nmax_searches = 32\nseed = 5\n",
-    )
-    .unwrap();
+    );
     desk.succeed(&format!(
         "{plain} --config few.toml --searches 64 -o few.landscape"
     ));
@@ -92,37 +77,20 @@ fn settings_of_a_file_are_used() {
 #[test]
 fn mistakes_in_files_of_settings() {
     let desk = Desk::with_grasps();
-    fs::write(desk.path("typo.toml"), "[map]\nneigbours = 3\n").unwrap();
-    fs::write(desk.path("huge.toml"), "[map]\nsearches = 4000000000\n").unwrap();
-    fs::write(desk.path("few.toml"), "[search]\nsteps = 0\n").unwrap();
-    for (line, words) in [
-        (
-            "build g.parquet --config typo.toml",
-            ["typo.toml", "line 2", "neigbours"],
-        ),
-        (
-            "build g.parquet --config huge.toml",
-            ["huge.toml", "map.searches = 4e9", "is not from"],
-        ),
-        (
-            "build g.parquet --config absent.toml",
-            ["cannot read", "absent.toml", ""],
-        ),
-        (
-            "surface muller-brown --config typo.toml",
-            ["typo.toml", "line 1", "landscape config surface"],
-        ),
-        (
-            "surface muller-brown --config few.toml",
-            ["few.toml", "search.steps = 0", "is not from 1"],
-        ),
-        (
-            "config surface --protocol drop",
-            ["--protocol", "stability", ""],
-        ),
-    ] {
-        let sentence = desk.early_mistake(line);
-        assert_says(&sentence, &words);
+    desk.write("typo.toml", "[map]\nneigbours = 3\n");
+    desk.write("huge.toml", "[map]\nsearches = 4000000000\n");
+    desk.write("few.toml", "[search]\nsteps = 0\n");
+    let cases = "
+        build g.parquet --config typo.toml | typo.toml | line 2 | neigbours
+        build g.parquet --config huge.toml | huge.toml | map.searches = 4e9 | is not from
+        build g.parquet --config absent.toml | cannot read | absent.toml
+        surface muller-brown --config typo.toml | typo.toml | line 1 | landscape config surface
+        surface muller-brown --config few.toml | few.toml | search.steps = 0 | is not from 1
+        config surface --protocol drop | --protocol | stability
+    ";
+    for case in rows(cases) {
+        let sentence = desk.early_mistake(case[0]);
+        assert_says(&sentence, &case[1..]);
         // The mistake is not one of the grasps.
         assert!(!sentence.contains("g.parquet"), "{sentence}");
     }
@@ -132,7 +100,12 @@ fn mistakes_in_files_of_settings() {
 #[test]
 fn verbose_runs_tell_what_they_do() {
     let desk = Desk::with_grasps();
-    let said = desk.succeed(&format!("{} -v", BUILD.replace(" --quiet", "")));
+    let (told, said) = desk.both(&format!("{BUILD} -v"));
+    assert!(
+        built().1.starts_with(told.lines().next().unwrap()),
+        "{told}"
+    );
+    assert_says(&told, &["raw chains"]);
     assert_says(
         &said,
         &[

@@ -1,67 +1,16 @@
-//! The message of every mistake in a file of grasps.
-
-use std::fs;
+//! The messages of mistakes in a file of grasps that need the whole program; `tests/store/refusals.rs` has those of the reader.
 
 use crate::desk::{Desk, assert_says};
+use crate::landscape;
 use crate::parts::Parts;
-use crate::{grasps, landscape};
+use crate::table::rows;
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, UInt32Type};
 use arrow_array::{
     ArrayRef, BooleanArray, FixedSizeListArray, Float64Array, ListArray, StringArray,
 };
-use landscape::store::{GraspFile, GraspRow, LandscapeFiles, Overrides};
+use landscape::store::GraspRow;
 use serde_json::{Value, json};
-
-#[test]
-fn no_such_file() {
-    let desk = Desk::empty();
-    assert_eq!(
-        desk.early_mistake("build g.parquet"),
-        "no such file: g.parquet"
-    );
-    assert_eq!(
-        desk.early_mistake("build absent/g.parquet"),
-        "no such file: absent/g.parquet"
-    );
-}
-
-#[test]
-fn not_parquet() {
-    let desk = Desk::empty();
-    fs::write(desk.path("g.parquet"), "id,object\n1,ball\n").unwrap();
-    assert_says(
-        &desk.early_mistake("build g.parquet"),
-        &["g.parquet is not a Parquet file or is damaged"],
-    );
-    fs::write(desk.path("g.parquet"), "").unwrap();
-    assert_says(
-        &desk.early_mistake("build g.parquet"),
-        &["g.parquet is not a Parquet file or is damaged"],
-    );
-    let whole = grasps();
-    fs::write(desk.path("g.parquet"), &whole[..whole.len() / 2]).unwrap();
-    assert_says(
-        &desk.early_mistake("build g.parquet"),
-        &["g.parquet is not a Parquet file or is damaged"],
-    );
-}
-
-#[test]
-fn wrong_schema_version() {
-    let sentence =
-        Desk::refusal(|parts| metadata(parts, |value| value["schema_version"] = json!(7)));
-    assert_eq!(
-        sentence,
-        "spoilt.parquet has schema version 7, but only version 1 is supported"
-    );
-}
-
-#[test]
-fn missing_column() {
-    let sentence = Desk::refusal(|parts| parts.without("rotation_wxyz"));
-    assert_says(&sentence, &["spoilt.parquet has no column `rotation_wxyz`"]);
-}
 
 #[test]
 fn not_a_number() {
@@ -73,63 +22,6 @@ fn not_a_number() {
     assert_says(
         &sentence,
         &["spoilt.parquet, row 2", "`energy` contains NaN"],
-    );
-}
-
-#[test]
-fn infinite() {
-    let sentence = Desk::refusal(|parts| {
-        let lists = change(&parts, "translation_m", |row, values| {
-            if row == 1 {
-                values[2] = f64::INFINITY;
-            }
-        });
-        parts.set("translation_m", lists)
-    });
-    assert_says(
-        &sentence,
-        &["spoilt.parquet, row 1", "`translation_m` contains inf"],
-    );
-}
-
-#[test]
-fn quaternion_not_unit() {
-    let sentence = Desk::refusal(|parts| {
-        let lists = change(&parts, "rotation_wxyz", |row, values| {
-            if row == 3 {
-                values.copy_from_slice(&[1.0, 1.0, 0.0, 0.0]);
-            }
-        });
-        parts.set("rotation_wxyz", lists)
-    });
-    assert_says(
-        &sentence,
-        &[
-            "spoilt.parquet, row 3",
-            "`rotation_wxyz` has length 1.41",
-            "expected 1",
-        ],
-    );
-}
-
-#[test]
-fn joint_far_beyond_its_limit() {
-    let (name, [_, upper]) = first_joint();
-    let sentence = Desk::refusal(|parts| {
-        let lists = change(&parts, "joints_rad", |row, values| {
-            if row == 4 {
-                values[0] = upper + 1.01;
-            }
-        });
-        parts.set("joints_rad", lists)
-    });
-    assert_says(
-        &sentence,
-        &[
-            "spoilt.parquet, row 4",
-            &name,
-            "more than 1 rad beyond its limits",
-        ],
     );
 }
 
@@ -146,11 +38,11 @@ fn joint_beyond_its_limit_as_published() {
     parts
         .set("joints_rad", lists)
         .write(&desk.path("g.parquet"));
-    let said = desk.succeed("build g.parquet --first 2");
+    let said = desk.succeed("build g.parquet --first 2 --no-report");
     let warning =
         format!("farthest is `{name}` in row 1, by 0.5800 rad; they are kept as they are");
     assert_says(&said, &["warning: ", &warning]);
-    let files = LandscapeFiles::read(&desk.path("g.landscape")).unwrap();
+    let files = desk.landscape("g.landscape");
     assert!(
         files
             .manifest
@@ -164,70 +56,38 @@ fn joint_beyond_its_limit_as_published() {
 }
 
 #[test]
-fn contact_out_of_range() {
-    let sentence = Desk::refusal(|parts| {
-        let lists =
-            (0..6).map(|row| Some([Some(0), Some(5), Some(if row == 2 { 9999 } else { 7 })]));
-        let lists = ListArray::from_iter_primitive::<UInt32Type, _, _>(lists);
-        parts.set("contacts", lists)
-    });
-    assert_says(
-        &sentence,
-        &[
-            "spoilt.parquet, row 2",
-            "contact 9999 does not exist",
-            "`human`",
-            "surface points",
-        ],
-    );
-}
-
-#[test]
-fn hand_that_does_not_match_its_description() {
-    let sentence = Desk::refusal(|parts| {
-        metadata(parts, |value| {
-            value["hands"][0]["joint_names"][0] = json!("elbow");
-        })
-    });
-    assert_says(
-        &sentence,
-        &["spoilt.parquet: hand `human` does not match", "`elbow`"],
-    );
-    let sentence = Desk::refusal(|parts| {
-        metadata(parts, |value| {
-            value["hands"][0]["surface_points"] = json!(5000);
-        })
-    });
-    assert_says(
-        &sentence,
-        &[
-            "spoilt.parquet: hand `human` does not match",
-            "5000 surface points",
-        ],
-    );
-    let sentence = Desk::refusal(|parts| {
-        metadata(parts, |value| {
-            value["hands"][0]["surface_hash"] = json!("0");
-        })
-    });
-    assert_says(
-        &sentence,
-        &[
-            "spoilt.parquet: hand `human` does not match",
-            "placed the surface points",
-            "--hand",
-        ],
-    );
-    let sentence = Desk::refusal(|parts| {
-        metadata(parts, |value| value["hands"][0]["description"] = json!([]))
-    });
-    assert_says(
-        &sentence,
-        &[
-            "spoilt.parquet: the file does not describe hand `human`",
-            "--hand",
-        ],
-    );
+fn what_is_described_must_be_what_is_there() {
+    type Spoil = fn(&mut Value);
+    let cases: [(Spoil, &str); 6] = [
+        (
+            |file| file["hands"][0]["joint_names"][0] = json!("elbow"),
+            "spoilt.parquet: hand `human` does not match | `elbow`",
+        ),
+        (
+            |file| file["hands"][0]["surface_points"] = json!(5000),
+            "spoilt.parquet: hand `human` does not match | 5000 surface points",
+        ),
+        (
+            |file| file["hands"][0]["surface_hash"] = json!("0"),
+            "spoilt.parquet: hand `human` does not match | placed the surface points | --hand",
+        ),
+        (
+            |file| file["hands"][0]["description"] = json!([]),
+            "spoilt.parquet: the file does not describe hand `human` | --hand",
+        ),
+        (
+            |file| file["objects"][0]["mesh_obj"] = json!(null),
+            "spoilt.parquet | mesh of object `ball` | --object",
+        ),
+        (
+            |file| file["objects"] = json!([]),
+            "spoilt.parquet | `ball` | described",
+        ),
+    ];
+    for (spoil, words) in cases {
+        let sentence = Desk::refusal(|parts| metadata(parts, spoil));
+        assert_says(&sentence, &rows(words).next().unwrap());
+    }
 }
 
 /// Contacts are numbers of surface points, so a program with other points chooses them anew if it is told to.
@@ -246,50 +106,13 @@ fn contacts_are_chosen_anew_for_other_surface_points() {
     let sentence = desk.early_mistake("label other.parquet -o t.parquet");
     assert_says(&sentence, &["placed the surface points", "--hand"]);
     desk.succeed("label other.parquet --hand human -q -o anew.parquet");
-    let [old, new] = ["g.parquet", "anew.parquet"].map(|name| {
-        GraspFile::read(&desk.path(name), Overrides::default())
-            .unwrap()
-            .0
-    });
+    let [old, new] = ["g.parquet", "anew.parquet"].map(|name| desk.grasps(name));
     assert_eq!((old.grasps.len(), new.grasps.len()), (6, 6));
     for (old, new) in old.grasps.iter().zip(&new.grasps) {
         assert_eq!(old.grasp.pose, new.grasp.pose);
         assert_ne!(new.grasp.contacts, [0, 1, 2, 3]);
     }
     desk.succeed("inspect anew.parquet -q");
-}
-
-#[test]
-fn missing_object() {
-    let sentence = Desk::refusal(|parts| {
-        metadata(parts, |value| value["objects"][0]["mesh_obj"] = json!(null))
-    });
-    assert_says(
-        &sentence,
-        &["spoilt.parquet", "mesh of object `ball`", "--object"],
-    );
-    let sentence = Desk::refusal(|parts| metadata(parts, |value| value["objects"] = json!([])));
-    assert_says(&sentence, &["spoilt.parquet", "`ball`", "described"]);
-    let desk = Desk::with_grasps();
-    assert_says(
-        &desk.early_mistake("build g.parquet --object teapot"),
-        &["--object teapot", "ball"],
-    );
-    assert_says(
-        &desk.early_mistake("build g.parquet --hand claw"),
-        &["--hand claw", "human"],
-    );
-}
-
-#[test]
-fn no_grasps() {
-    let sentence = Desk::refusal(|mut parts| {
-        for (_, array) in &mut parts.columns {
-            *array = array.slice(0, 0);
-        }
-        parts
-    });
-    assert_eq!(sentence, "spoilt.parquet contains no grasps");
 }
 
 #[test]
@@ -305,20 +128,22 @@ fn one_grasp_only() {
         &["spoilt.parquet: there is only one grasp", "at least two"],
     );
     let desk = Desk::with_grasps();
-    assert_says(
-        &desk.early_mistake("build g.parquet --first 1"),
-        &["--first 1", "at least two"],
-    );
-    assert_says(
-        &desk.early_mistake("build g.parquet --first 0"),
-        &["--first 0", "at least two"],
-    );
+    let cases = "
+        build absent/g.parquet | no such file: absent/g.parquet
+        build g.parquet --first 1 | --first 1 | at least two
+        build g.parquet --first 0 | --first 0 | at least two
+        build g.parquet --object teapot | --object teapot | ball
+        build g.parquet --hand claw | --hand claw | human
+    ";
+    for case in rows(cases) {
+        assert_says(&desk.early_mistake(case[0]), &case[1..]);
+    }
 }
 
 #[test]
 fn identical_grasps() {
     let desk = Desk::with_grasps();
-    let (mut file, _) = GraspFile::read(&desk.path("g.parquet"), Overrides::default()).unwrap();
+    let mut file = desk.grasps("g.parquet");
     let first = file.grasps[0].clone();
     file.grasps = (0..4)
         .map(|id| GraspRow {
@@ -384,12 +209,7 @@ fn measures_that_are_not_those_of_the_poses_are_computed_anew() {
         assert!(energy > 0.01 && (energy - sum).abs() < 1e-9, "{grasp}");
     }
     desk.succeed("label lie.parquet -q -o labelled.parquet");
-    let read = |name: &str| {
-        GraspFile::read(&desk.path(name), Overrides::default())
-            .unwrap()
-            .0
-            .grasps
-    };
+    let read = |name: &str| desk.grasps(name).grasps;
     let (whole, labelled) = (read("g.parquet"), read("labelled.parquet"));
     let stable = |row: &GraspRow| row.stable;
     let outcomes: Vec<_> = labelled.iter().map(stable).collect();
@@ -420,11 +240,7 @@ fn an_unchanged_table_of_another_program_is_as_good() {
     Parts::of(&desk.path("g.parquet")).write(&desk.path("same.parquet"));
     assert_eq!(desk.succeed("label same.parquet -q -o a.parquet"), "");
     desk.succeed("label g.parquet -q -o b.parquet");
-    let [one, other] = ["a.parquet", "b.parquet"].map(|name| {
-        GraspFile::read(&desk.path(name), Overrides::default())
-            .unwrap()
-            .0
-    });
+    let [one, other] = ["a.parquet", "b.parquet"].map(|name| desk.grasps(name));
     assert_eq!(one.grasps, other.grasps);
     let output = desk.run("inspect same.parquet");
     let said = String::from_utf8(output.stderr).unwrap();
@@ -469,7 +285,7 @@ fn change(
 
 fn first_joint() -> (String, [f64; 2]) {
     let desk = Desk::with_grasps();
-    let (file, _) = GraspFile::read(&desk.path("g.parquet"), Overrides::default()).unwrap();
+    let file = desk.grasps("g.parquet");
     let hand = &file.metadata.hands[0];
     (hand.joint_names[0].clone(), hand.limits_rad[0])
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use serde_json::Value;
 
@@ -10,25 +11,24 @@ use crate::contents;
 use crate::desk::{Desk, assert_says};
 use crate::folder::names;
 
-/// A folder of two hands on three objects, in folders of their own, made once. Its grasps take a moment to map.
+/// A folder of two hands on two objects, in folders of their own. Its grasps take a moment to map.
 fn data_set() -> Desk {
-    let desk = Desk::empty();
-    for (hand, object, count) in [
-        ("human", "ball", 4),
-        ("human", "can", 3),
-        ("gripper_parallel", "ball", 3),
-    ] {
-        fs::create_dir_all(desk.path("set").join(hand)).unwrap();
-        desk.succeed(&format!(
-            "synth --hand {hand} --object {object} -n {count} --steps 1 --keep all --drop 0 -q -o \
-             set/{hand}/{object}.parquet"
-        ));
-    }
-    desk
-}
-
-fn json(desk: &Desk, name: &str) -> Value {
-    serde_json::from_slice(&fs::read(desk.path(name)).unwrap()).unwrap()
+    static MADE: OnceLock<Desk> = OnceLock::new();
+    let made = MADE.get_or_init(|| {
+        let desk = Desk::empty();
+        for (hand, object, count) in [
+            ("human", "ball", 4),
+            ("human", "can", 3),
+            ("gripper_parallel", "ball", 3),
+        ] {
+            fs::create_dir_all(desk.path("set").join(hand)).unwrap();
+            desk.succeed(&format!(
+                "synth --hand {hand} --object {object} -n {count} --steps 1 --keep all -q -o set/{hand}/{object}.parquet"
+            ));
+        }
+        desk
+    });
+    made.copied()
 }
 
 /// The files of a survey that do not depend on threads and interruptions.
@@ -48,7 +48,7 @@ const SURVEY: &str = "survey set --first 3 --no-report -q";
 fn a_folder_is_one_job() {
     let desk = data_set();
     desk.succeed(&format!("{SURVEY} --threads 1"));
-    let survey = json(&desk, "set.survey/survey.json");
+    let survey = desk.json("set.survey/survey.json");
     let names: Vec<&str> = (survey["populations"].as_array().unwrap().iter())
         .map(|one| one["name"].as_str().unwrap())
         .collect();
@@ -75,9 +75,9 @@ fn a_folder_is_one_job() {
         survey["populations"][2]["map"]["minima"],
         manifest["counts"]["minima"]
     );
-    let table = fs::read_to_string(desk.path("set.survey/populations.csv")).unwrap();
+    let table = desk.text("set.survey/populations.csv");
     assert_eq!(table.lines().count(), 4);
-    let summary = fs::read_to_string(desk.path("set.survey/summary.md")).unwrap();
+    let summary = desk.text("set.survey/summary.md");
     assert_says(
         &summary,
         &[
@@ -86,14 +86,35 @@ fn a_folder_is_one_job() {
         ],
     );
 
-    // Other threads give the same bytes.
-    let whole = promised(&desk.path("set.survey"));
-    assert!(whole.len() > 40);
-    desk.succeed(&format!("{SURVEY} -o again.survey --threads 2"));
-    assert!(
-        promised(&desk.path("again.survey")) == whole,
-        "the same bytes"
+    // A killed run goes on and gives the same bytes, whatever the number of threads.
+    desk.interrupt(
+        &format!("{SURVEY} -o killed.survey --threads 1"),
+        "killed.survey.partial",
+        1,
     );
+    // Other grasps are another survey.
+    let other = desk.mistake(&format!("{SURVEY} -o killed.survey --object can"));
+    assert_says(&other, &["killed.survey.partial"]);
+    desk.succeed(&format!("{SURVEY} -o killed.survey"));
+    let [whole, killed] = ["set.survey", "killed.survey"].map(|name| promised(&desk.path(name)));
+    assert!(whole == killed, "the same bytes");
+
+    let folder = "killed.survey/landscapes/human/can.landscape/timings.json";
+    let before = desk.bytes(folder);
+    let modified = fs::metadata(desk.path(folder)).unwrap().modified().unwrap();
+    desk.succeed("synth --object pen -n 3 --steps 1 --keep all -q -o set/human/pen.parquet");
+    desk.succeed(&format!("{SURVEY} -o killed.survey"));
+    assert_eq!(
+        desk.json("killed.survey/survey.json")["populations"][3]["name"],
+        "human/pen"
+    );
+    assert_eq!(desk.bytes(folder), before);
+    let now = fs::metadata(desk.path(folder)).unwrap().modified().unwrap();
+    assert_eq!(now, modified, "what was there is not mapped again");
+    // Other settings map it again.
+    desk.succeed(&format!("{SURVEY} -o killed.survey --seed 1"));
+    let now = fs::metadata(desk.path(folder)).unwrap().modified().unwrap();
+    assert_ne!(now, modified);
 }
 
 /// Two objects: `ball`, then `can`.
@@ -124,20 +145,6 @@ fn tasks_share_a_survey() {
 }
 
 #[test]
-fn a_killed_task_goes_on() {
-    let desk = data_set();
-    desk.succeed(&format!("{OF_ONE_HAND} -o plain.survey"));
-    let task = format!("{OF_ONE_HAND} -o shared.survey --threads 1 --task 2/2");
-    let journal = "shared.survey/landscapes/can.landscape.partial/journal";
-    desk.interrupt(&task, journal, 1);
-    desk.resume(&task, journal);
-    desk.succeed(&format!("{OF_ONE_HAND} -o shared.survey --task 1/2"));
-    desk.succeed(&format!("{OF_ONE_HAND} -o shared.survey"));
-    let [plain, shared] = ["plain.survey", "shared.survey"].map(|name| promised(&desk.path(name)));
-    assert!(plain == shared, "the same bytes");
-}
-
-#[test]
 fn no_task_is_beyond_the_last() {
     let desk = Desk::empty();
     for task in ["5/4", "0/3", "x"] {
@@ -151,45 +158,9 @@ fn no_task_is_beyond_the_last() {
 }
 
 #[test]
-fn a_killed_survey_goes_on_and_a_grown_one_does_what_is_new() {
-    let desk = data_set();
-    desk.succeed(&format!("{SURVEY} -o plain.survey"));
-    desk.interrupt(
-        &format!("{SURVEY} -o killed.survey --threads 1"),
-        "killed.survey.partial",
-        1,
-    );
-    // Other grasps are another survey.
-    let other = desk.mistake(&format!("{SURVEY} -o killed.survey --object can"));
-    assert_says(&other, &["killed.survey.partial"]);
-    desk.succeed(&format!("{SURVEY} -o killed.survey"));
-    let [plain, killed] = ["plain.survey", "killed.survey"].map(|name| promised(&desk.path(name)));
-    assert!(plain == killed, "the same bytes");
-
-    let folder = "killed.survey/landscapes/human/can.landscape/timings.json";
-    let before = fs::read(desk.path(folder)).unwrap();
-    let modified = fs::metadata(desk.path(folder)).unwrap().modified().unwrap();
-    desk.succeed(
-        "synth --object pen -n 3 --steps 1 --keep all --drop 0 -q -o set/human/pen.parquet",
-    );
-    desk.succeed(&format!("{SURVEY} -o killed.survey"));
-    assert_eq!(
-        json(&desk, "killed.survey/survey.json")["populations"][3]["name"],
-        "human/pen"
-    );
-    assert_eq!(fs::read(desk.path(folder)).unwrap(), before);
-    let now = fs::metadata(desk.path(folder)).unwrap().modified().unwrap();
-    assert_eq!(now, modified, "what was there is not mapped again");
-    // Other settings map it again.
-    desk.succeed(&format!("{SURVEY} -o killed.survey --seed 1"));
-    let now = fs::metadata(desk.path(folder)).unwrap().modified().unwrap();
-    assert_ne!(now, modified);
-}
-
-#[test]
 fn what_cannot_be_surveyed_is_told() {
     let desk = data_set();
-    fs::write(desk.path("set/broken.parquet"), "no table").unwrap();
+    desk.write("set/broken.parquet", "no table");
     fs::copy(
         desk.path("set/human/ball.parquet"),
         desk.path("set/human/copy.parquet"),
@@ -206,7 +177,7 @@ fn what_cannot_be_surveyed_is_told() {
             "broken.parquet",
         ],
     );
-    let survey = json(&desk, "set.survey/survey.json");
+    let survey = desk.json("set.survey/survey.json");
     assert_eq!(survey["failures"][0]["file"], "broken.parquet");
     assert_eq!(survey["populations"].as_array().unwrap().len(), 3);
 
@@ -224,7 +195,7 @@ fn what_cannot_be_surveyed_is_told() {
         &["none of the 1 files could be read", "broken.parquet"],
     );
     fs::create_dir(desk.path("mine.survey")).unwrap();
-    fs::write(desk.path("mine.survey/thesis.md"), "mine").unwrap();
+    desk.write("mine.survey/thesis.md", "mine");
     assert_says(
         &desk.early_mistake("survey set -o mine.survey"),
         &["thesis.md", "this command would not write"],

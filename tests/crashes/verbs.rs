@@ -20,170 +20,63 @@ use rand::RngExt;
 use tempfile::TempDir;
 
 use crate::desk::Desk;
-use crate::{BUILD, Files, SURFACE, SYNTH};
+use crate::table::rows;
+
+use super::{BUILD, Files, SURFACE, SYNTH};
 
 /// A command.
 struct Verb {
     name: &'static str,
-    line: &'static str,
-    /// Files in the folder at the start.
-    inputs: &'static [&'static str],
-    /// Whether it and the commands for its inputs take at most a second.
+    line: String,
+    inputs: Vec<&'static str>,
     quick: bool,
 }
 
-const fn verb(
-    name: &'static str,
-    line: &'static str,
-    inputs: &'static [&'static str],
-    quick: bool,
-) -> Verb {
-    Verb {
-        name,
-        line,
-        inputs,
-        quick,
-    }
-}
+/// Name, command, files in the folder at the start, and whether it and the commands for its inputs take at most a second.
+const VERBS: &str = "
+    synth | {few} | none | quick
+    build | build few.parquet | few.parquet | slow
+    surface | {surface} | none | quick
+    stability | stability few.parquet | few.parquet | slow
+    label | label g.parquet | g.parquet | quick
+    join | join g.parquet few.parquet | g.parquet few.parquet | quick
+    man | man pages | none | quick
+    report of grasps | report few.parquet | few.parquet | slow
+    report | report s.landscape | s.landscape | quick
+    compare | compare g.landscape | g.landscape | slow
+    diversity | diversity thirty.parquet | thirty.parquet | slow
+    survey | survey g.parquet few.parquet --no-map -o all.survey | g.parquet few.parquet | slow
+    import of grasps | import g.csv --hand human --object ball | g.csv | quick
+    import of a landscape | import database | database | quick
+    export csv | export g.parquet csv | g.parquet | quick
+    export json | export g.parquet json | g.parquet | quick
+    export dexgraspnet | export g.parquet dexgraspnet | g.parquet | quick
+    export qpos | export g.parquet qpos -o g.npy | g.parquet | quick
+    export isaac_grasp | export g.parquet isaac_grasp | g.parquet | quick
+    export dexonomy | export few.parquet dexonomy | few.parquet | quick
+    export mujoco | export few.parquet mujoco | few.parquet | quick
+    export urdf | export few.parquet urdf | few.parquet | quick
+    export usd | export few.parquet usd | few.parquet | quick
+    export glb | export few.parquet glb | few.parquet | quick
+    draw | draw s.landscape | s.landscape | quick
+    thermodynamics | thermodynamics s.landscape | s.landscape | quick
+    rates | rates s.landscape --from m1 --to m0 --temperature 20 -o rates | s.landscape | quick
+    way | inspect g.landscape --path m0 m1 --pictures 2 | g.landscape | slow
+    hands | hands inspect human --side-file human.json -o human.png --force | none | slow
+    objects | objects inspect cube.obj --side-file found.json -o cube.png --force | cube.obj | slow
+    bake | objects bake model.safetensors --specs specs.json --scale 0.1 --cells 40 -o baked.obj | model.safetensors specs.json | slow
+";
 
-const VERBS: [Verb; 31] = [
-    verb("synth", FEW, &[], true),
-    verb("build", "build few.parquet", &["few.parquet"], false),
-    verb("surface", SURFACE.line, &[], true),
-    verb(
-        "stability",
-        "stability few.parquet",
-        &["few.parquet"],
-        false,
-    ),
-    verb("label", "label g.parquet", &["g.parquet"], true),
-    verb(
-        "join",
-        "join g.parquet few.parquet",
-        &["g.parquet", "few.parquet"],
-        true,
-    ),
-    verb("man", "man pages", &[], true),
-    verb(
-        "report of grasps",
-        "report few.parquet",
-        &["few.parquet"],
-        false,
-    ),
-    verb("report", "report s.landscape", &["s.landscape"], true),
-    verb("compare", "compare g.landscape", &["g.landscape"], false),
-    verb(
-        "diversity",
-        "diversity thirty.parquet",
-        &["thirty.parquet"],
-        false,
-    ),
-    verb(
-        "survey",
-        "survey g.parquet few.parquet --no-map -o all.survey",
-        &["g.parquet", "few.parquet"],
-        false,
-    ),
-    verb(
-        "import of grasps",
-        "import g.csv --hand human --object ball",
-        &["g.csv"],
-        true,
-    ),
-    verb(
-        "import of a landscape",
-        "import database",
-        &["database"],
-        true,
-    ),
-    verb("export csv", "export g.parquet csv", &["g.parquet"], true),
-    verb("export json", "export g.parquet json", &["g.parquet"], true),
-    verb(
-        "export dexgraspnet",
-        "export g.parquet dexgraspnet",
-        &["g.parquet"],
-        true,
-    ),
-    verb(
-        "export qpos",
-        "export g.parquet qpos -o g.npy",
-        &["g.parquet"],
-        true,
-    ),
-    verb(
-        "export isaac_grasp",
-        "export g.parquet isaac_grasp",
-        &["g.parquet"],
-        true,
-    ),
-    verb(
-        "export dexonomy",
-        "export few.parquet dexonomy",
-        &["few.parquet"],
-        true,
-    ),
-    verb(
-        "export mujoco",
-        "export few.parquet mujoco",
-        &["few.parquet"],
-        true,
-    ),
-    verb(
-        "export urdf",
-        "export few.parquet urdf",
-        &["few.parquet"],
-        true,
-    ),
-    verb(
-        "export usd",
-        "export few.parquet usd",
-        &["few.parquet"],
-        true,
-    ),
-    verb(
-        "export glb",
-        "export few.parquet glb",
-        &["few.parquet"],
-        true,
-    ),
-    verb("draw", "draw s.landscape", &["s.landscape"], true),
-    verb(
-        "thermodynamics",
-        "thermodynamics s.landscape",
-        &["s.landscape"],
-        true,
-    ),
-    verb(
-        "rates",
-        "rates s.landscape --from m1 --to m0 --temperature 20 -o rates",
-        &["s.landscape"],
-        true,
-    ),
-    verb(
-        "way",
-        "inspect g.landscape --path m0 m1 --pictures 2",
-        &["g.landscape"],
-        false,
-    ),
-    verb(
-        "hands",
-        "hands inspect human --side-file human.json -o human.png --force",
-        &[],
-        false,
-    ),
-    verb(
-        "objects",
-        "objects inspect cube.obj --side-file found.json -o cube.png --force",
-        &["cube.obj"],
-        false,
-    ),
-    verb(
-        "bake",
-        "objects bake model.safetensors --specs specs.json --scale 0.1 --cells 40 -o baked.obj",
-        &["model.safetensors", "specs.json"],
-        false,
-    ),
-];
+fn verbs() -> impl Iterator<Item = Verb> {
+    rows(VERBS).map(|row| Verb {
+        name: row[0],
+        line: row[1]
+            .replace("{few}", FEW)
+            .replace("{surface}", SURFACE.line),
+        inputs: row[2].split(' ').collect(),
+        quick: row[3] == "quick",
+    })
+}
 
 const FEW: &str = "synth --object ball -n 2 --steps 1 --keep all --seed 1 -o few.parquet";
 
@@ -456,7 +349,7 @@ fn materials() -> &'static Files {
         ] {
             fs::copy(reference.join(from), desk.path(to)).unwrap();
         }
-        fs::write(desk.path("cube.obj"), CUBE).unwrap();
+        desk.write("cube.obj", CUBE);
         files_in(&desk)
     })
 }
@@ -491,8 +384,7 @@ fn every_command_that_writes_may_be_stopped() {
     };
     let only = std::env::var("LANDSCAPE_STOPS_VERB").ok();
     let seed: u64 = std::env::var("LANDSCAPE_STOPS_SEED").map_or(0, |seed| seed.parse().unwrap());
-    let verbs: Vec<&Verb> = VERBS
-        .iter()
+    let verbs: Vec<Verb> = verbs()
         .filter(|verb| budget().is_some() || verb.quick)
         .filter(|verb| only.as_ref().is_none_or(|only| only == verb.name))
         .collect();

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::{difference, grasps, succeed};
+use super::difference;
 use crate::desk::{Desk, assert_says};
 use crate::pickled::{QPOS, Value, bodex, nested, npy_of};
 use landscape::hand::{Hand, HandFiles, PosedHand};
@@ -32,11 +32,7 @@ fn assert_near(found: &[f64], expected: &[f64]) {
 #[test]
 fn poses_are_those_of_the_world_of_the_hand_file() {
     let desk = Desk::empty();
-    fs::write(
-        desk.path("hand.xml"),
-        hand_with_palm("0.01 0 0.034", "0.8 0 0.6 0"),
-    )
-    .unwrap();
+    desk.write("hand.xml", hand_with_palm("0.01 0 0.034", "0.8 0 0.6 0"));
     let file = npy_of(&Value::Dictionary(&[
         ("grasp_qpos", Value::Array(&[8], &QPOS)),
         (
@@ -46,10 +42,10 @@ fn poses_are_those_of_the_world_of_the_hand_file() {
         ("obj_scale", Value::Array(&[1], &[1.0])),
         ("joint_names", Value::Texts(&["jaw"])),
     ]));
-    fs::write(desk.path("a.npy"), file).unwrap();
+    desk.write("a.npy", file);
     let of = "--hand hand.xml --object ball -q";
-    succeed(&desk, &format!("import a.npy {of} -o a.parquet"));
-    let imported = grasps(&desk.path("a.parquet"));
+    desk.said(&format!("import a.npy {of} -o a.parquet"));
+    let imported = desk.grasps("a.parquet");
     let pose = &imported.grasps[0].grasp.pose;
     assert_near(pose, &QPOS);
     // The palm is where its place in the world puts it.
@@ -62,12 +58,12 @@ fn poses_are_those_of_the_world_of_the_hand_file() {
     let found = posed.object_from_link[palm.unwrap()].translation;
     assert_near(found.as_slice(), expected.as_slice());
     // Out and in again, by both formats of such poses.
-    succeed(&desk, "export a.parquet dexonomy -o back");
-    succeed(&desk, &format!("import back {of} -o b.parquet"));
-    assert!(difference(&imported, &grasps(&desk.path("b.parquet"))) < 1e-12);
-    succeed(&desk, "export a.parquet qpos -o q.npy");
-    succeed(&desk, &format!("import q.npy {of} -o c.parquet"));
-    assert!(difference(&imported, &grasps(&desk.path("c.parquet"))) < 1e-12);
+    desk.said("export a.parquet dexonomy -o back");
+    desk.said(&format!("import back {of} -o b.parquet"));
+    assert!(difference(&imported, &desk.grasps("b.parquet")) < 1e-12);
+    desk.said("export a.parquet qpos -o q.npy");
+    desk.said(&format!("import q.npy {of} -o c.parquet"));
+    assert!(difference(&imported, &desk.grasps("c.parquet")) < 1e-12);
 }
 
 /// The corrections with which `DexGraspBench` converts poses of `BODex` of the Shadow, Allegro and LEAP hands.
@@ -96,14 +92,11 @@ fn poses_of_bodex_are_those_of_the_outermost_body() {
         ),
     ] {
         let desk = Desk::empty();
-        fs::write(desk.path("hand.xml"), hand_with_palm(pos, quat)).unwrap();
-        fs::write(desk.path("a.npy"), bodex()).unwrap();
-        let said = succeed(
-            &desk,
-            "import a.npy --hand hand.xml --object ball -o a.parquet",
-        );
+        desk.write("hand.xml", hand_with_palm(pos, quat));
+        desk.write("a.npy", bodex());
+        let said = desk.said("import a.npy --hand hand.xml --object ball -o a.parquet");
         assert_says(&said, &["1 of 1 grasps (BODex)", "0.5 (1)"]);
-        let grasp = &grasps(&desk.path("a.parquet")).grasps[0];
+        let grasp = &desk.grasps("a.parquet").grasps[0];
         let pose = &grasp.grasp.pose;
         assert_near(pose.translation_m(), position.as_slice());
         let turned = turn(pose.rotation_wxyz());
@@ -168,7 +161,7 @@ fn nested_scenes_are_read_as_flat_files() {
         // A scene of its own, beside the grasps or above, whose objects are scaled for each grasp.
         let file = npy_of(&Value::Dictionary(scene));
         fs::create_dir_all(desk.path("scenes")).unwrap();
-        fs::write(desk.path("scenes/a.npy"), file).unwrap();
+        desk.write("scenes/a.npy", file);
         fs::create_dir_all(desk.path("grasps/mug")).unwrap();
         let qpos = [QPOS, QPOS].concat();
         let apart = read(

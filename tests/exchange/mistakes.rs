@@ -5,13 +5,13 @@ use std::fs;
 use super::{TABLE, with_table};
 use crate::desk::assert_says;
 use crate::pickled::bench;
+use crate::table::rows;
 use landscape::store::exchange::{Mapping, read};
 
 #[test]
-#[expect(clippy::too_many_lines, reason = "a list of mistakes")]
 fn mistakes_are_one_sentence() {
     let desk = with_table();
-    let write = |name: &str, bytes: &[u8]| fs::write(desk.path(name), bytes).unwrap();
+    let write = |name: &str, bytes: &[u8]| desk.write(name, bytes);
     write(
         "system.npy",
         &npy(b"\x80\x03cos\nsystem\nX\x0b\x00\x00\x00touch owned\x85R."),
@@ -51,147 +51,45 @@ fn mistakes_are_one_sentence() {
     write("data/mug/small/0.npy", &bench()[0]);
     write("gone.toml", b"joints = { jaw = \"finger\" }");
     let with = "--hand gripper_parallel --object ball";
-    for (line, words) in [
-        (
-            format!("import system.npy {with}"),
-            &[
-                "system.npy",
-                "it calls os.system",
-                "no code of a pickle is executed",
-            ][..],
-        ),
-        (format!("import cut.npy {with}"), &["cut.npy", "cut short"]),
-        (
-            format!("import words.npy {with}"),
-            &["words.npy", "not a .npy file"],
-        ),
-        (
-            format!("import other.npy {with}"),
-            &["neither `qpos`", "nor `grasp_qpos`"],
-        ),
-        (
-            "import whole.npy --hand human --object ball".to_owned(),
-            &["8 numbers", "joints of the hand"],
-        ),
-        (
-            format!("import nan.csv {with}"),
-            &["nan.csv", "row 1", "translation_m_y", "not a finite number"],
-        ),
-        (
-            format!("import word.csv {with}"),
-            &["row 1", "`left`", "numbers are needed"],
-        ),
-        (
-            format!("import long.csv {with}"),
-            &["row 1", "quaternion has length"],
-        ),
-        (
-            format!("import ragged.csv {with}"),
-            &["not a valid CSV table"],
-        ),
-        (
-            format!("import far.csv {with}"),
-            &[
-                "far.csv: joint `jaw` is at 40",
-                "beyond its limits",
-                "probably its joints are in millimetres",
-            ],
-        ),
-        (
-            format!("import other.csv {with}"),
-            &["no columns for the joints jaw", "mapping"],
-        ),
-        (format!("import empty.csv {with}"), &["contains no grasps"]),
-        (format!("import bad.json {with}"), &["not valid JSON"]),
-        (
-            format!("import t.csv {with} --mapping odd.toml"),
-            &["odd.toml", "roll"],
-        ),
-        (
-            format!("import t.csv {with} --mapping typo.toml"),
-            &["typo.toml", "rotations"],
-        ),
-        (
-            format!("import t.csv {with} --mapping gone.toml"),
-            &["no column `finger`"],
-        ),
-        (
-            format!("import t.csv {with} --scale 0.5"),
-            &["--scale 0.5", "at 1 (3)"],
-        ),
-        (
-            format!("import t.csv {with} --scale -1"),
-            &["--scale -1 is not"],
-        ),
-        ("import t.csv --object ball".to_owned(), &["--hand"]),
-        (
-            "import t.csv --hand gripper_parallel".to_owned(),
-            &["--object"],
-        ),
-        (
-            format!("import t.csv {with} -o t.csv"),
-            &["is an input of this command"],
-        ),
-        (
-            format!("import nowhere {with}"),
-            &["nowhere", "no such file or folder"],
-        ),
-        (
-            format!("import empty {with}"),
-            &["empty: contains neither .npy files", "min.data"],
-        ),
-        (
-            format!("import data {with}"),
-            &["grasps lie deeper", "data/mug/small"],
-        ),
-        (
-            format!("import a.npz {with}"),
-            &[
-                "a.npz",
-                "numpy.savez",
-                "is not read",
-                ".npy, .csv, .json or .parquet",
-            ],
-        ),
-        (
-            "import a.npz".to_owned(),
-            &["a.npz", "numpy.savez", "is not read"],
-        ),
-        (
-            format!("import i.yaml {with}"),
-            &["i.yaml", "isaac_grasp", "is not read", ".csv"],
-        ),
-        (
-            format!("import a.h5 {with}"),
-            &["a.h5", "HDF5", "ACRONYM", "is not read"],
-        ),
-        (
-            format!("import a.pt {with}"),
-            &["a.pt", "PyTorch", "is not read"],
-        ),
-        (
-            format!("import g.json {with}"),
-            &["g.json", "GraspGen", "is not read", ".csv"],
-        ),
-        (
-            format!("import a.xyz {with}"),
-            &["a.xyz", ".xyz is not read"],
-        ),
-        (
-            "export t.parquet csv -o t.npy -q".to_owned(),
-            &["must end in .csv"],
-        ),
-        (
-            "export t.parquet glb --grasp 8 -q".to_owned(),
-            &["no grasp of this number"],
-        ),
-        (
-            "export t.parquet glb -o all.glb -q".to_owned(),
-            &["contains one grasp"],
-        ),
-    ] {
-        let sentence = desk.mistake(&line);
-        assert_says(&sentence, words);
+    let cases = "
+        import system.npy {with} | system.npy | it calls os.system | no code of a pickle is executed
+        import cut.npy {with} | cut.npy | cut short
+        import words.npy {with} | words.npy | not a .npy file
+        import other.npy {with} | neither `qpos` | nor `grasp_qpos`
+        import whole.npy --hand human --object ball | 8 numbers | joints of the hand
+        import nan.csv {with} | nan.csv | row 1 | translation_m_y | not a finite number
+        import word.csv {with} | row 1 | `left` | numbers are needed
+        import long.csv {with} | row 1 | quaternion has length
+        import ragged.csv {with} | not a valid CSV table
+        import far.csv {with} | far.csv: joint `jaw` is at 40 | beyond its limits | probably its joints are in millimetres
+        import other.csv {with} | no columns for the joints jaw | mapping
+        import empty.csv {with} | contains no grasps
+        import bad.json {with} | not valid JSON
+        import t.csv {with} --mapping odd.toml | odd.toml | roll
+        import t.csv {with} --mapping typo.toml | typo.toml | rotations
+        import t.csv {with} --mapping gone.toml | no column `finger`
+        import t.csv {with} --scale 0.5 | --scale 0.5 | at 1 (3)
+        import t.csv {with} --scale -1 | --scale -1 is not
+        import t.csv --object ball | --hand
+        import t.csv --hand gripper_parallel | --object
+        import t.csv {with} -o t.csv | is an input of this command
+        import nowhere {with} | nowhere | no such file or folder
+        import empty {with} | empty: contains neither .npy files | min.data
+        import data {with} | grasps lie deeper | data/mug/small
+        import a.npz {with} | a.npz | numpy.savez | is not read | .npy, .csv, .json or .parquet
+        import a.npz | a.npz | numpy.savez | is not read
+        import i.yaml {with} | i.yaml | isaac_grasp | is not read | .csv
+        import a.h5 {with} | a.h5 | HDF5 | ACRONYM | is not read
+        import a.pt {with} | a.pt | PyTorch | is not read
+        import g.json {with} | g.json | GraspGen | is not read | .csv
+        import a.xyz {with} | a.xyz | .xyz is not read
+        export t.parquet csv -o t.npy -q | must end in .csv
+        export t.parquet glb --grasp 8 -q | no grasp of this number
+        export t.parquet glb -o all.glb -q | contains one grasp
+    ";
+    for case in rows(cases) {
+        let sentence = desk.mistake(&case[0].replace("{with}", with));
+        assert_says(&sentence, &case[1..]);
     }
     assert!(!desk.path("owned").exists());
 }

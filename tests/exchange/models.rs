@@ -4,16 +4,12 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use super::{difference, grasps, succeed, with_table};
+use super::{difference, with_table};
 use crate::described::described;
 use crate::desk::{Desk, assert_says};
-use landscape::evaluation::stability::SixDirections;
-use landscape::grasp::Grasp;
-use landscape::grasp::closing::opened;
 use landscape::hand::{HAND_NAMES, Hand, HandFiles, PosedHand};
-use landscape::mesh::ExactMesh;
 use landscape::space::Pose;
-use landscape::study::{ExportedFile, MujocoScene, approaches, hand_urdf};
+use landscape::study::{ExportedFile, hand_urdf};
 
 /// Coordinates that do not begin at zero, a joint that follows another, one without end, a slide, a body fixed to another,
 /// and names that XML has to escape.
@@ -94,96 +90,22 @@ fn a_hand_comes_back_from_urdf() {
 #[test]
 fn dictionaries_of_dexonomy_come_back() {
     let desk = with_table();
-    let before = grasps(&desk.path("t.parquet"));
-    succeed(&desk, "export t.parquet dexonomy");
+    let before = desk.grasps("t.parquet");
+    desk.said("export t.parquet dexonomy");
     let names: Vec<String> = ["07", "09", "11"].map(|id| format!("{id}.npy")).into();
     for name in &names {
         assert!(desk.path("t.dexonomy").join(name).is_file());
     }
     let line = "--hand gripper_parallel --object ball -q";
-    succeed(&desk, &format!("import t.dexonomy {line} -o again.parquet"));
-    assert!(difference(&before, &grasps(&desk.path("again.parquet"))) <= 0.0);
-    succeed(&desk, "export t.parquet dexonomy --grasp 9 -o nine.npy");
+    desk.said(&format!("import t.dexonomy {line} -o again.parquet"));
+    assert!(difference(&before, &desk.grasps("again.parquet")) <= 0.0);
+    desk.said("export t.parquet dexonomy --grasp 9 -o nine.npy");
     let one = desk.path("t.dexonomy").join("09.npy");
-    assert_eq!(
-        fs::read(one).unwrap(),
-        fs::read(desk.path("nine.npy")).unwrap()
-    );
+    assert_eq!(fs::read(one).unwrap(), desk.bytes("nine.npy"));
     assert_says(
         &desk.mistake("export t.parquet dexonomy -o many.npy -q"),
         &["many.npy", "--grasp", "folder"],
     );
-}
-
-/// Before closing, the contacts that joints can move are farther from the object; the pressing targets are nearer.
-#[test]
-fn a_hand_opens_before_it_presses() {
-    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/grasps.parquet");
-    let file = grasps(&data);
-    let population = &file.landscapes()[0];
-    let (hand, object) = (population.hand().unwrap(), population.object().unwrap());
-    let exact = ExactMesh::new(&object.mesh);
-    let distance = |joints: &[f64], grasp: &Grasp| -> f64 {
-        let mut posed = PosedHand::default();
-        let pose = &grasp.pose;
-        let [t, q] = [pose.translation_m().to_vec(), pose.rotation_wxyz().to_vec()];
-        hand.pose(&[&t[..], &q, joints].concat(), &mut posed);
-        let points = grasp.contacts.iter().map(|&c| posed.points[c as usize]);
-        points.map(|point| exact.distance(&point)).sum()
-    };
-    for row in &population.grasps[..5] {
-        let grasp = &row.grasp;
-        let before = opened(&hand, &exact, grasp, 0.01);
-        let moved = grasp.pose.joints().iter().zip(&before);
-        for (joint, (from, to)) in hand.joints.iter().zip(moved) {
-            let [lower, upper] = joint.limits_rad;
-            assert!((lower.min(*from)..=upper.max(*from)).contains(to));
-        }
-        let squeezed =
-            &approaches(&hand, &object.mesh, &[grasp], &SixDirections::default())[0].squeezed;
-        let at = distance(grasp.pose.joints(), grasp);
-        assert!(distance(&before, grasp) > at, "{before:?}");
-        assert!(distance(squeezed, grasp) < at, "{squeezed:?}");
-    }
-}
-
-#[test]
-fn a_scene_has_a_keyframe_for_each_grasp() {
-    let desk = with_table();
-    let file = grasps(&desk.path("t.parquet"));
-    let population = &file.landscapes()[0];
-    let (hand, object) = (population.hand().unwrap(), population.object().unwrap());
-    let rows = file.grasps.iter();
-    let scene = MujocoScene {
-        hand: &hand,
-        object: "ball",
-        mesh: &object.mesh,
-        mass_kg: 0.06,
-        six: SixDirections::default(),
-        grasps: rows.map(|row| (row.id, &row.grasp)).collect(),
-    };
-    let files = scene.files(&|_| ()).unwrap();
-    assert_eq!(files, scene.files(&|_| ()).unwrap());
-    let text = String::from_utf8(files[0].bytes.clone()).unwrap();
-    let document = roxmltree::Document::parse(&text).unwrap();
-    let all = |name: &str| -> Vec<roxmltree::Node<'_, '_>> {
-        let nodes = document.descendants();
-        nodes.filter(|node| node.has_tag_name(name)).collect()
-    };
-    let count = |text: &str| text.split(' ').count();
-    assert_eq!(all("key").len(), 3);
-    for key in all("key") {
-        // Both jaws, of which one follows the other, and the object.
-        assert_eq!(count(key.attribute("qpos").unwrap()), 2 + 7);
-        assert_eq!(count(key.attribute("ctrl").unwrap()), 1);
-    }
-    for mesh in all("mesh").iter().filter_map(|mesh| mesh.attribute("file")) {
-        assert!(files.iter().any(|file| file.name == mesh), "{mesh}");
-    }
-    succeed(&desk, "export t.parquet mujoco");
-    for file in &files {
-        assert!(desk.path("t.mujoco").join(&file.name).is_file());
-    }
 }
 
 /// A scene and a file of Isaac hold one hand and one object.
@@ -191,24 +113,21 @@ fn a_scene_has_a_keyframe_for_each_grasp() {
 fn several_objects_need_a_choice() {
     let desk = with_table();
     let two = super::TABLE.replace("\n9,1,", "\n9,1.25,");
-    fs::write(desk.path("two.csv"), two).unwrap();
-    succeed(
-        &desk,
-        "import two.csv --hand gripper_parallel --object ball -o two.parquet",
-    );
+    desk.write("two.csv", two);
+    desk.said("import two.csv --hand gripper_parallel --object ball -o two.parquet");
     for format in ["mujoco", "isaac_grasp"] {
         let sentence = desk.mistake(&format!("export two.parquet {format} -q"));
         assert_says(&sentence, &["one object", "of scale 1.25", "--grasp"]);
-        succeed(&desk, &format!("export two.parquet {format} --grasp 9"));
+        desk.said(&format!("export two.parquet {format} --grasp 9"));
     }
     assert_says(
         &desk.mistake("export two.parquet isaac_grasp -o grasps.txt"),
         &["grasps.txt", ".yaml"],
     );
     for format in ["usd", "dexonomy", "urdf"] {
-        succeed(&desk, &format!("export two.parquet {format}"));
+        desk.said(&format!("export two.parquet {format}"));
     }
-    let text = fs::read_to_string(desk.path("two.isaac_grasp.yaml")).unwrap();
+    let text = desk.text("two.isaac_grasp.yaml");
     for line in [
         "format: isaac_grasp\n",
         "format_version: 1.0\n",

@@ -2,7 +2,6 @@
 
 use std::fs;
 
-use super::{grasps, succeed};
 use crate::desk::{Desk, assert_says};
 use landscape::space::Pose;
 use landscape::store::exchange::table_csv;
@@ -28,7 +27,7 @@ fn write(desk: &Desk, name: &str, change: impl Fn(&Pose) -> Pose) {
     let joints: Vec<String> = (landscape::hand::Hand::human().joints.iter())
         .map(|joint| joint.name.clone())
         .collect();
-    fs::write(desk.path(name), table_csv(&rows, &joints)).unwrap();
+    desk.write(name, table_csv(&rows, &joints));
 }
 
 fn scaled(pose: &Pose, factor: f64) -> Pose {
@@ -72,26 +71,18 @@ fn another_unit_is_refused_and_named() {
             ],
         );
         assert!(!desk.path("t.parquet").exists());
-        fs::write(
-            desk.path("m.toml"),
-            format!("translation_unit = \"{unit}\""),
-        )
-        .unwrap();
-        let said = succeed(
-            &desk,
-            &format!("import t.csv {OF} --mapping m.toml -o t.parquet --force"),
-        );
+        desk.write("m.toml", format!("translation_unit = \"{unit}\""));
+        let said = desk.said(&format!(
+            "import t.csv {OF} --mapping m.toml -o t.parquet --force"
+        ));
         assert!(!said.contains("probably"), "{said}");
         fs::remove_file(desk.path("t.parquet")).unwrap();
     }
     // A stated unit is believed, and the doubt is kept in the file.
-    fs::write(desk.path("m.toml"), "translation_unit = \"m\"").unwrap();
-    let said = succeed(
-        &desk,
-        &format!("import t.csv {OF} --mapping m.toml -o t.parquet"),
-    );
+    desk.write("m.toml", "translation_unit = \"m\"");
+    let said = desk.said(&format!("import t.csv {OF} --mapping m.toml -o t.parquet"));
     assert_says(&said, &["warning: t.csv: the median", "centimetres"]);
-    let settings = grasps(&desk.path("t.parquet")).metadata.settings;
+    let settings = desk.grasps("t.parquet").metadata.settings;
     for key in ["doubt", "notes"] {
         assert_says(&settings[key].to_string(), &["centimetres"]);
     }
@@ -169,44 +160,7 @@ fn plausible_grasps_are_not_doubted() {
     ];
     for (place, change) in changes.into_iter().enumerate() {
         write(&desk, "t.csv", change);
-        let said = succeed(&desk, &format!("import t.csv {OF} -o t{place}.parquet"));
+        let said = desk.said(&format!("import t.csv {OF} -o t{place}.parquet"));
         assert!(!said.contains("probably"), "{place}: {said}");
-    }
-}
-
-/// The published files that come nearest to a doubt: hovering, deep and roughly posed grasps.
-#[test]
-fn published_grasps_are_not_doubted() {
-    let Some(root) = super::published() else {
-        return;
-    };
-    let desk = Desk::empty();
-    let of = |folder: &str, name: &str| root.join(folder).join(name).display().to_string();
-    let hand = of("hands/shadow_dexgraspnet", "shadow_hand_wrist_free.xml");
-    for code in [
-        "core-mug-8570d9a8d24cb0acbebd3c0c0c70fb03",
-        "sem-Bottle-437678d4bc6be981c8724d5673a063a6",
-    ] {
-        let said = succeed(
-            &desk,
-            &format!(
-                "import {} --hand {hand} --object {} --scale 0.06 -o d.parquet --force",
-                of("dexgraspnet/original_npy", &format!("{code}.npy")),
-                of("dexgraspnet/meshes", &format!("{code}.obj")),
-            ),
-        );
-        assert!(!said.contains("; probably"), "{said}");
-    }
-    let hand = of("ycb_affordance/hand", "mano_ycba.xml");
-    for object in ["011_banana", "058_golf_ball"] {
-        let said = succeed(
-            &desk,
-            &format!(
-                "import {} --hand {hand} --object {} -o y.parquet --force",
-                of("ycb_affordance/csv_mano", &format!("{object}.csv")),
-                of("ycb_affordance/objects", &format!("{object}.obj")),
-            ),
-        );
-        assert!(!said.contains("; probably"), "{said}");
     }
 }

@@ -7,24 +7,7 @@ use rand::RngExt;
 const LONGEST: usize = 1 << 20;
 
 /// Replacements of a number in a text.
-const NUMBERS: [&str; 16] = [
-    "0",
-    "-1",
-    "1",
-    "nan",
-    "inf",
-    "-inf",
-    "1e308",
-    "-1e308",
-    "1e-320",
-    "1e999",
-    "-0",
-    "4294967295",
-    "2147483648",
-    "18446744073709551616",
-    "0x10",
-    "",
-];
+const NUMBERS: &str = "0 -1 1 nan inf -inf 1e308 -1e308 1e-320 1e999 -0 4294967295 2147483648 18446744073709551616 0x10 ";
 
 /// Replacements of a word in a binary file.
 const WORDS: [u64; 10] = [
@@ -107,7 +90,8 @@ fn number(bytes: &mut Vec<u8>, from: usize, rng: &mut Rng) {
     let length = (bytes[first..].iter())
         .take_while(|byte| byte.is_ascii_digit() || b".eE-+".contains(byte))
         .count();
-    let new = NUMBERS[rng.random_range(0..NUMBERS.len())];
+    let numbers: Vec<&str> = NUMBERS.split(' ').collect();
+    let new = numbers[rng.random_range(0..numbers.len())];
     bytes.splice(first..first + length, new.bytes());
 }
 

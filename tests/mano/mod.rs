@@ -7,12 +7,12 @@ mod model;
 use std::fs;
 use std::sync::{Arc, LazyLock};
 
+use crate::table::assert_says;
 use landscape::energy::{Energy, Explain};
-use landscape::grasp::{EnergySettings, Grasp, GraspEnergy, judge};
+use landscape::grasp::{EnergySettings, GraspEnergy};
 use landscape::hand::{Hand, HandFiles, PosedHand};
 use landscape::object::Object;
 use landscape::sample::{Task, stream};
-use landscape::space::Space;
 use model::{Model, POSES, archive, npy};
 use nalgebra::Vector3;
 use rand::RngExt;
@@ -63,6 +63,8 @@ fn vertices_are_those_of_the_formula() {
             assert!((point - vertices[v]).norm() < 1e-12, "vertex {v}");
             assert_eq!(hand.surface_point(&posed, i), *point);
         }
+        // The drawn skin has the corrections of the pose.
+        assert_eq!(hand.skin().pose(&posed), posed.points);
     }
     assert_eq!(
         hand.digits,
@@ -166,32 +168,6 @@ fn compressed_archives_are_read() {
     assert_eq!(read(&deflated, "{}"), read(&stored, "{}"));
 }
 
-/// Compares each derivative with a central difference.
-fn compare(
-    space: &dyn Space,
-    x: &[f64],
-    gradient: &[f64],
-    energy: &dyn Fn(&[f64]) -> f64,
-    most: f64,
-) {
-    for i in 0..space.tangents() {
-        let along = |step: f64| {
-            let mut tangent = vec![0.0; space.tangents()];
-            tangent[i] = step;
-            let mut moved = x.to_vec();
-            space.exp(&mut moved, &tangent);
-            energy(&moved)
-        };
-        let difference = (along(1e-6) - along(-1e-6)) / 2e-6;
-        let error = (gradient[i] - difference).abs() / (1.0 + difference.abs());
-        assert!(
-            error < most,
-            "tangent {i}: {} against {difference}",
-            gradient[i]
-        );
-    }
-}
-
 /// The energy of a grasp has its gradient; the layer is in the object.
 #[test]
 fn the_energy_of_a_grasp_has_its_gradient() {
@@ -204,8 +180,6 @@ fn the_energy_of_a_grasp_has_its_gradient() {
     // Pressed into the palm.
     let facing = palm.centre + palm.volar * (0.7 * radius);
     x[..3].copy_from_slice((energy.object().centroid - facing).as_slice());
-    let mut gradient = vec![0.0; energy.space().tangents()];
-    let value = energy.evaluate(&x, &mut gradient);
     let terms = energy.terms(&x);
     assert!(
         terms
@@ -213,50 +187,20 @@ fn the_energy_of_a_grasp_has_its_gradient() {
             .any(|(name, value)| name == "pressing" && *value > 0.0),
         "{terms:?}"
     );
-    assert!(value.is_finite());
-    let at = |x: &[f64]| {
-        let mut gradient = vec![0.0; gradient.len()];
-        energy.evaluate(x, &mut gradient)
-    };
-    compare(energy.space(), &x, &gradient, &at, 2e-4);
-}
-
-/// The drawn skin consists of the surface points with the corrections of the pose, and none of its points is deeper
-/// than the reported depth.
-#[test]
-fn depths_are_those_of_the_drawn_skin() {
-    let hand = Arc::new(hand("{}"));
-    let object = Arc::new(Object::named("ball").unwrap());
-    let skin = hand.skin();
-    let energy = GraspEnergy::new(hand.clone(), object.clone(), EnergySettings::default()).unwrap();
-    let mut posed = PosedHand::default();
-    let mut overlaps = 0;
-    for seed in 0..6u8 {
-        let mut x = hand.rest_coordinates();
-        x[7..].copy_from_slice(&angles(seed.into()));
-        let facing =
-            hand.palm.centre + hand.palm.volar * ((0.8 + 0.05 * f64::from(seed)) * object.radius_m);
-        x[..3].copy_from_slice((object.centroid - facing).as_slice());
-        hand.pose(&x, &mut posed);
-        let vertices = skin.pose(&posed);
-        assert_eq!(vertices, posed.points);
-        let corners = skin
-            .triangles
-            .iter()
-            .map(|t| t.map(|v| vertices[v as usize]));
-        let middles = corners.map(|[a, b, c]| (a + b + c) / 3.0);
-        let deepest = vertices
-            .iter()
-            .copied()
-            .chain(middles)
-            .fold(0.0, |deepest: f64, point| {
-                deepest.max(-object.exact.distance(&point))
-            });
-        let told = judge(&energy, &Grasp::new(x, vec![0, 1, 2, 3])).deepest_m;
-        assert!(told > deepest - 1e-4, "{told} m of {deepest} m");
-        overlaps += usize::from(deepest > 1e-3);
+    let mut gradient = vec![0.0; energy.space().tangents()];
+    energy.evaluate(&x, &mut gradient);
+    for (i, slope) in gradient.iter().enumerate() {
+        let along = |step: f64| {
+            let mut tangent = vec![0.0; gradient.len()];
+            tangent[i] = step;
+            let mut moved = x.clone();
+            energy.space().exp(&mut moved, &tangent);
+            energy.evaluate(&moved, &mut tangent)
+        };
+        let difference = (along(1e-6) - along(-1e-6)) / 2e-6;
+        let error = (slope - difference).abs() / (1.0 + difference.abs());
+        assert!(error < 2e-4, "tangent {i}: {slope} against {difference}");
     }
-    assert!(overlaps > 2, "{overlaps}");
 }
 
 #[test]
@@ -300,50 +244,7 @@ fn what_cannot_be_used_is_said() {
     other = MODEL.clone();
     other.mean[0] = f64::NAN;
     let error = read(&other.npz(), "{}").unwrap_err();
-    assert!(
-        error.contains("NaN is not from") && error.contains("`hands_mean`"),
-        "{error}"
-    );
-}
-
-/// If a number of any array has any magnitude, the hand can be posed or the error names the file.
-#[test]
-fn numbers_of_any_magnitude_are_used_or_refused() {
-    let arrays: [fn(&mut Model) -> &mut f64; 7] = [
-        |model| &mut model.template[100],
-        |model| &mut model.shapes[100],
-        |model| &mut model.poses[1000],
-        |model| &mut model.regressor[3],
-        |model| &mut model.mean[7],
-        |model| &mut model.coefficients[50],
-        |model| &mut model.components[(3, 3)],
-    ];
-    let used = |made: Result<Hand, String>, said: &str| match made {
-        Ok(hand) => {
-            let mut posed = PosedHand::default();
-            hand.pose(&hand.rest_coordinates(), &mut posed);
-            assert!(
-                posed.points.iter().flatten().all(|x| x.is_finite()),
-                "{said}"
-            );
-        }
-        Err(error) => assert!(error.contains(".npz"), "{said}: {error}"),
-    };
-    for (number, place) in arrays.into_iter().enumerate() {
-        for value in [1e-300, 1e9, -1e9, 1e155, -1e300, f64::INFINITY] {
-            let mut model = MODEL.clone();
-            *place(&mut model) = value;
-            used(
-                read(&model.npz(), "{}"),
-                &format!("array {number}: {value:e}"),
-            );
-        }
-    }
-    let good = MODEL.npz();
-    for value in ["0", "1e-300", "-1e9", "1e155", "1e300"] {
-        let side = format!(r#"{{"mano": {{"betas": [{value}]}}}}"#);
-        used(read(&good, &side), &side);
-    }
+    assert_says(&error, &["NaN is not from", "`hands_mean`"]);
 }
 
 /// Files of grasps hold the place of the model but not its content.
@@ -376,8 +277,5 @@ fn nothing_of_the_model_is_kept() {
     assert!(error.contains("--hand"), "{error}");
     fs::remove_file(&path).unwrap();
     let error = Hand::from_files(&files).unwrap_err().to_string();
-    assert!(
-        error.contains("licence") && error.contains("--hand"),
-        "{error}"
-    );
+    assert_says(&error, &["licence", "--hand"]);
 }

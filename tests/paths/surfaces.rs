@@ -3,7 +3,7 @@
 use landscape::energy::model::Orientation;
 use landscape::energy::{Energy, Explain};
 use landscape::sample::{Kernel, Rng, State, TargetDensity};
-use landscape::space::{Euclidean, Space, Torus};
+use landscape::space::{Euclidean, Space};
 
 /// −Σ cᵢ qᵢ⁴ + b w³x³. The minima w and x differ by half a turn about x. The term with b lowers one of the two ways around
 /// without moving the minima. With equal weights c its top lies at 45°, at −c/2 − |b|/8; the other top lies at −c/2 +
@@ -146,20 +146,5 @@ impl Kernel for Guide<'_> {
         let angle = libm::atan2(x[1], x[0]) + turn;
         *proposal = self.start(&[libm::cos(angle), libm::sin(angle)]);
         f64::INFINITY
-    }
-}
-
-/// A wave on one angle whose lower top lies on the far side.
-pub(crate) struct Wave(pub(crate) Torus);
-
-impl Energy for Wave {
-    fn space(&self) -> &dyn Space {
-        &self.0
-    }
-
-    /// −cos 2θ + ½ sin θ.
-    fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> f64 {
-        gradient[0] = 2.0 * libm::sin(2.0 * x[0]) + 0.5 * libm::cos(x[0]);
-        -libm::cos(2.0 * x[0]) + 0.5 * libm::sin(x[0])
     }
 }

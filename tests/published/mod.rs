@@ -66,17 +66,6 @@ pub(crate) fn of_dex_urdf(name: &str) -> PathBuf {
     folder.join(format!("{name}.json"))
 }
 
-/// The same files in their published form. `MuJoCo` refuses some, and some refer to missing meshes.
-pub(crate) const ORIGINALS: [&str; 7] = [
-    "shadow_dexgraspnet/original/shadow_hand_wrist_free.xml",
-    "shadow_dexgraspnet/original/shadow_hand_vis.xml",
-    "shadow_dexonomy/original/right.xml",
-    "mano/original/right.xml",
-    "allegro/original/right.xml",
-    "urdf/shadow_hand_right.urdf",
-    "urdf/allegro_hand_right.urdf",
-];
-
 /// A reference file.
 pub(crate) fn reference(path: &Path) -> Value {
     let text = fs::read_to_string(path).expect("a reference lies beside each hand");

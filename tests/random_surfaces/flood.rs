@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 
 use petgraph::unionfind::UnionFind;
 
-use crate::surface::Surface;
+use crate::random_surfaces::surface::Surface;
 
 /// A flooded grid.
 pub(crate) struct Flood {
@@ -57,7 +57,7 @@ impl Flood {
     fn vertex(&self, x: &[f64]) -> usize {
         let [i, j] = [0, 1].map(|k| {
             let place = (x[k].rem_euclid(TAU) / TAU * self.n as f64).round();
-            crate::surface::whole(place) % self.n
+            crate::random_surfaces::surface::whole(place) % self.n
         });
         i * self.n + j
     }

@@ -51,22 +51,6 @@ impl Surface {
         }
     }
 
-    /// The same surface rotated by a quarter turn (θ₀, θ₁) → (−θ₁, θ₀) and then moved: V'(Rθ + shift) = V(θ).
-    pub(crate) fn moved(&self, shift: [f64; 2]) -> Self {
-        let turn = |wave: &Wave| {
-            let k = [-wave.k[1], wave.k[0]];
-            Wave {
-                k,
-                amplitude: wave.amplitude,
-                phase: wave.phase - k[0] * shift[0] - k[1] * shift[1],
-            }
-        };
-        Self {
-            space: Torus::new(2),
-            waves: self.waves.iter().map(turn).collect(),
-        }
-    }
-
     /// Bound of the second derivative along any direction: Σ |aₖ| |k|².
     pub(crate) fn curvature_bound(&self) -> f64 {
         let waves = self.waves.iter();

@@ -3,7 +3,9 @@
 use std::fs;
 use std::sync::Arc;
 
-use crate::{besides_the_seal, file, grasp, hand, object, of, overrides, place, read, with_joints};
+use crate::store::{
+    besides_the_seal, file, grasp, hand, object, of, overrides, place, read, with_joints,
+};
 use arrow_array::types::{Float64Type, Int32Type};
 use arrow_array::{
     DictionaryArray, Float32Array, Int32Array, Int64Array, LargeListArray, ListArray, NullArray,
@@ -12,7 +14,6 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use landscape::store::{GraspRow, HandMetadata, ObjectMetadata, Overrides, Warning};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use parquet::basic::{BrotliLevel, Compression, GzipLevel, ZstdLevel};
 
 #[test]
 fn grasps_come_back_equal() {
@@ -26,22 +27,6 @@ fn grasps_come_back_equal() {
     let (found, warnings) = read(&path).unwrap();
     assert_eq!(found, written);
     assert_eq!(warnings, []);
-}
-
-#[test]
-fn same_content_same_bytes() {
-    let (_folder, path) = place("grasps.parquet");
-    file(200).write(&path).unwrap();
-    let first = fs::read(&path).unwrap();
-    file(200).write(&path).unwrap();
-    assert_eq!(fs::read(&path).unwrap(), first);
-    let (again, _) = read(&path).unwrap();
-    again.write(&path).unwrap();
-    assert_eq!(
-        fs::read(&path).unwrap(),
-        first,
-        "reading and writing changes nothing"
-    );
 }
 
 /// If a file contains Arrow's own copy of the schema, pyarrow keeps only the metadata in this copy.
@@ -343,41 +328,6 @@ fn overrides_replace_what_the_file_describes() {
     assert!(refused.ends_with(reason), "{refused}");
 }
 
-/// All that pandas, polars, `DuckDB` and Spark compress with by default, and what else they offer.
-#[test]
-fn every_usual_compression_is_read() {
-    let codecs = [
-        Compression::UNCOMPRESSED,
-        Compression::SNAPPY,
-        Compression::ZSTD(ZstdLevel::default()),
-        Compression::GZIP(GzipLevel::default()),
-        Compression::BROTLI(BrotliLevel::default()),
-        Compression::LZ4,
-        Compression::LZ4_RAW,
-    ];
-    for codec in codecs {
-        let (_folder, path) = place("grasps.parquet");
-        let mut parts = of(&file(12));
-        parts.compression = codec;
-        parts.write(&path);
-        let bytes = bytes::Bytes::from(fs::read(&path).unwrap());
-        let builder = ParquetRecordBatchReaderBuilder::try_new(bytes).unwrap();
-        let told = builder
-            .metadata()
-            .row_group(0)
-            .column(0)
-            .compression_codec();
-        let name = format!("{codec:?}");
-        assert!(
-            name.starts_with(&format!("{told:?}")),
-            "{told:?} is not {name}"
-        );
-        let (found, warnings) = read(&path).unwrap();
-        assert!(found == file(12), "{codec:?}");
-        assert_eq!(besides_the_seal(warnings, &path), []);
-    }
-}
-
 /// Columns and entries of another program, or of the user.
 #[test]
 fn what_is_not_known_is_ignored() {
@@ -400,19 +350,5 @@ fn what_is_not_known_is_ignored() {
     let (found, warnings) = read(&path).unwrap();
     let warnings = besides_the_seal(warnings, &path);
     assert_eq!(found, file(2));
-    assert_eq!(warnings, []);
-}
-
-/// pandas keeps the attributes of a data frame and nothing else of what it does not know.
-#[test]
-fn metadata_that_pandas_kept_are_found() {
-    let (_folder, path) = place("grasps.parquet");
-    let mut parts = of(&file(3));
-    let metadata = parts.metadata.take().unwrap();
-    parts.attributes = Some(format!("{{\"mine\": 1, \"landscape\": {metadata}}}"));
-    parts.write(&path);
-    let (found, warnings) = read(&path).unwrap();
-    let warnings = besides_the_seal(warnings, &path);
-    assert_eq!(found, file(3));
     assert_eq!(warnings, []);
 }

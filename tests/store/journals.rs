@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::{flipped, place, sentence};
+use crate::store::{flipped, place, sentence};
 use landscape::store::{Journal, StoreError};
 
 #[test]

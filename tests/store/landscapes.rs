@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::{landscape, names, place, sentence};
+use crate::store::{landscape, names, place, sentence};
 use landscape::store::{AtomicFolder, LandscapeFiles, Phase, Timings};
 
 #[test]

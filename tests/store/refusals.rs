@@ -3,10 +3,10 @@
 use std::fs;
 use std::sync::Arc;
 
-use crate::{file, flipped, names, of, place, read, sentence, with_joints};
+use crate::store::{file, names, of, place, read, sentence, with_joints};
 use arrow_array::types::{Float64Type, Int32Type};
 use arrow_array::{ArrayRef, Float64Array, Int64Array, ListArray, StringArray};
-use landscape::store::{Fault, GraspFile, GraspRow};
+use landscape::store::{GraspFile, GraspRow};
 use serde_json::json;
 
 /// The message with which the writer refuses a grasp.
@@ -307,49 +307,4 @@ fn metadata_are_checked() {
     let mut parts = of(&file(2));
     parts.metadata = Some("{".into());
     assert!(parts.refusal().starts_with(begin));
-}
-
-/// Damage is an error or goes unnoticed, but never a panic.
-#[test]
-fn a_damaged_file_never_panics() {
-    let (_folder, path) = place("grasps.parquet");
-    file(3).write(&path).unwrap();
-    let good = fs::read(&path).unwrap();
-    let mut refused = 0;
-    for position in (0..good.len()).step_by(5) {
-        for damaged in [
-            good[..position].to_vec(),
-            flipped(&good, position, 1 << (position % 8)),
-        ] {
-            fs::write(&path, damaged).unwrap();
-            refused += usize::from(read(&path).is_err());
-        }
-    }
-    assert!(
-        refused > good.len() / 5,
-        "every shortened file is refused, and some of the rest"
-    );
-}
-
-#[test]
-fn faults_can_be_sorted_out_before_writing() {
-    let (_folder, path) = place("grasps.parquet");
-    let mut file = file(4);
-    file.grasps[1].grasp.pose[7] = 3.0;
-    file.grasps[3].id = 0;
-    let faults = file.faults();
-    assert!(matches!(
-        faults[..],
-        [
-            (1, Fault::BeyondLimit { .. }),
-            (3, Fault::RepeatedId { id: 0, first: 0 })
-        ]
-    ));
-    let mut row = 0;
-    file.grasps.retain(|_| {
-        row += 1;
-        faults.iter().all(|(fault, _)| fault + 1 != row)
-    });
-    file.write(&path).unwrap();
-    assert_eq!(read(&path).unwrap().0, file);
 }

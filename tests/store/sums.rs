@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::{file, flipped, landscape, of, place, read, sentence};
+use crate::store::{file, flipped, landscape, of, place, read, sentence};
 use arrow_array::Float64Array;
 use landscape::store::{AtomicFolder, LandscapeFiles, Overrides, StoreError, Warning};
 use serde_json::Value;

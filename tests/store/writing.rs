@@ -3,45 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use crate::{landscape, names, place, sentence};
-use landscape::store::{AtomicFolder, FileSet, Journal, LandscapeFiles, StoreError, write_atomic};
+use crate::store::{landscape, names, place, sentence};
+use landscape::store::{AtomicFolder, FileSet, Journal, LandscapeFiles, StoreError};
 use serde_json::json;
-
-#[test]
-fn a_file_is_written_whole_or_not_at_all() {
-    let (folder, path) = place("report.md");
-    write_atomic(&path, b"first").unwrap();
-    write_atomic(&path, b"second").unwrap();
-    assert_eq!(fs::read(&path).unwrap(), b"second");
-    assert_eq!(names(folder.path()), ["report.md"]);
-
-    let in_file = path.join("below.md");
-    let refused = write_atomic(&in_file, b"x").unwrap_err();
-    assert_eq!(
-        sentence(&refused, folder.path()),
-        "cannot write report.md/below.md"
-    );
-    assert!(
-        std::error::Error::source(&refused)
-            .unwrap()
-            .to_string()
-            .contains("Not a directory")
-    );
-    assert!(write_atomic(&folder.path().join("absent/x.md"), b"x").is_err());
-    fs::create_dir(folder.path().join("taken")).unwrap();
-    fs::write(folder.path().join("taken/child"), b"x").unwrap();
-    assert!(write_atomic(&folder.path().join("taken"), b"x").is_err());
-    assert!(matches!(
-        write_atomic(Path::new("/"), b"x"),
-        Err(StoreError::NoName { .. })
-    ));
-    assert_eq!(
-        names(folder.path()),
-        ["report.md", "taken"],
-        "failures leave no temporary files"
-    );
-    assert_eq!(fs::read(&path).unwrap(), b"second");
-}
 
 #[test]
 fn a_folder_takes_its_name_when_it_is_complete() {
@@ -174,22 +138,6 @@ fn a_folder_in_use_is_left_alone() {
     unfinished.finish().unwrap();
     assert_eq!(names(folder.path()), ["cup.landscape"]);
     assert!(!path.join("journal").exists());
-}
-
-#[test]
-fn leftovers_of_killed_writes_are_removed_and_nothing_else() {
-    let (folder, path) = place("grasps.parquet");
-    let others = [
-        "grasps.parquet",
-        "grasps.parquet.old.partial",
-        "grasps.parquet.partial",
-        "mygrasps.parquet.12.partial",
-    ];
-    for name in others.iter().chain(&["grasps.parquet.4711.partial"]) {
-        fs::write(folder.path().join(name), "x").unwrap();
-    }
-    write_atomic(&path, b"x").unwrap();
-    assert_eq!(names(folder.path()), others);
 }
 
 #[test]

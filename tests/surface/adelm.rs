@@ -5,22 +5,15 @@ use std::fs;
 use landscape::store::LandscapeFiles;
 use serde_json::Value;
 
-use super::Desk;
+use crate::desk::Desk;
 
 /// Heights of the two passes of the Müller–Brown surface.
 const PASSES: [f64; 2] = [-72.248_940, -40.664_844];
 
 #[test]
 fn attraction_diffusion_alone_bounds_the_passes() {
-    let desk = Desk::new();
-    let told = desk.succeed(&[
-        "muller-brown",
-        "--search",
-        "adelm",
-        "--no-report",
-        "-o",
-        "one",
-    ]);
+    let desk = Desk::empty();
+    let told = desk.mapped("muller-brown --search adelm --no-report -o one");
     assert!(told.contains("**3 minima** from 200 points"), "{told}");
     assert!(told.contains("an upper bound"), "{told}");
     let folder = desk.path("one");
@@ -40,16 +33,7 @@ fn attraction_diffusion_alone_bounds_the_passes() {
     assert!(findings["chosen"].is_string() && findings["arrivals"].is_array());
 
     // The same on one thread.
-    desk.succeed(&[
-        "muller-brown",
-        "--search",
-        "adelm",
-        "--no-report",
-        "--threads",
-        "1",
-        "-o",
-        "other",
-    ]);
+    desk.mapped("muller-brown --search adelm --no-report --threads 1 -o other");
     for file in ["minima.parquet", "edges.parquet", "paths.parquet"] {
         let bytes = |name: &str| fs::read(desk.path(name).join(file)).unwrap();
         assert!(bytes("one") == bytes("other"), "{file}");
@@ -58,13 +42,9 @@ fn attraction_diffusion_alone_bounds_the_passes() {
 
 #[test]
 fn what_attraction_diffusion_does_not_use_is_refused() {
-    let desk = Desk::new();
-    for flags in [
-        &["--patience", "9"][..],
-        &["--lowest", "9"],
-        &["--group-barrier", "0.1"],
-    ] {
-        let said = desk.mistake(&[&["muller-brown", "--search", "adelm"][..], flags].concat());
-        assert!(said.contains(flags[0]), "{said}");
+    let desk = Desk::empty();
+    for flags in ["--patience 9", "--lowest 9", "--group-barrier 0.1"] {
+        let said = desk.unmapped(&format!("muller-brown --search adelm {flags}"));
+        assert!(said.contains(flags.split(' ').next().unwrap()), "{said}");
     }
 }

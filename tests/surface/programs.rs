@@ -7,60 +7,31 @@ use std::time::Duration;
 
 use landscape::store::StationaryRow;
 
-use super::{Desk, promised};
+use super::promised;
+use crate::desk::{Desk, assert_says};
+use crate::table::rows;
 
 #[cfg(unix)]
 #[test]
 fn programs_that_fail_are_told() {
-    let desk = Desk::new();
-    let mistake =
-        |program: &str| desk.mistake(&["--command", program, "--region=-1:1x2", "-q", "-o", "out"]);
-    for (program, part) in [
-        ("exit 3", "ended (exit status: 3)"),
-        ("no_such_program_anywhere", "exit status: 127"),
-        ("while read line; do echo hello; done", "answered `hello`"),
-        (
-            r#"while read line; do echo '{"energy": NaN, "gradient": [0, 0]}'; done"#,
-            "must be finite",
-        ),
-        (
-            r#"while read line; do echo '{"energy": 1, "gradient": [5, 5]}'; done"#,
-            "the gradient is not the derivative",
-        ),
-        (
-            r#"while read line; do echo '{"energy": null}'; done"#,
-            "found no minimum",
-        ),
-        (
-            "read line; while :; do printf '[0, 0, 0, 0, 0, 0, 0, 0]'; done",
-            "a line has at most",
-        ),
-        (
-            r#"while read line; do echo '{"error": "no such atom"}'; done"#,
-            "reports: no such atom",
-        ),
-    ] {
-        let said = mistake(program);
-        assert!(said.contains(part), "`{part}` is missing in: {said}");
-        assert_eq!(said.matches("error:").count(), 1, "{said}");
+    let desk = Desk::empty();
+    let cases = r#"
+        exit 3 | ended (exit status: 3)
+        no_such_program_anywhere | exit status: 127
+        while read line; do echo hello; done | answered `hello`
+        while read line; do echo '{"energy": NaN, "gradient": [0, 0]}'; done | must be finite
+        while read line; do echo '{"energy": 1, "gradient": [5, 5]}'; done | the gradient is not the derivative
+        while read line; do echo '{"energy": null}'; done | found no minimum
+        read line; while :; do printf '[0, 0, 0, 0, 0, 0, 0, 0]'; done | a line has at most
+        while read line; do echo '{"error": "no such atom"}'; done | reports: no such atom
+    "#;
+    for case in rows(cases) {
+        let said = desk.unmapped(&format!(
+            "--command `{}` --region=-1:1x2 -q -o out",
+            case[0]
+        ));
+        assert_says(&said, &case[1..]);
     }
-}
-
-#[cfg(unix)]
-#[test]
-fn an_answer_is_not_waited_for_for_ever() {
-    let desk = Desk::new();
-    let arguments = [
-        "--command",
-        "read line; sleep 1000; true",
-        "--region=-1:1x2",
-        "-q",
-    ];
-    let said = desk.mistake(&[&arguments[..], &["--answer-seconds", "0.3"]].concat());
-    assert!(said.contains("within 0.3 s"), "{said}");
-    assert!(said.contains("--answer-seconds"), "{said}");
-    let said = desk.mistake(&[&arguments[..], &["--answer-seconds", "0"]].concat());
-    assert!(said.contains("--answer-seconds 0"), "{said}");
 }
 
 /// Whether a process still runs.
@@ -76,11 +47,11 @@ fn runs(process: &str) -> bool {
 fn programs_end_with_the_run_however_it_ends() {
     // Others may be ignored where tests run in the background, and are then ignored by the run as well.
     for signal in ["KILL", "TERM"] {
-        let desk = Desk::new();
+        let desk = Desk::empty();
         // A program that does not care whether its input ends, and another that it started.
         let program = "sleep 600 & echo $! $$ > started.new; mv started.new started; trap '' HUP; read line; sleep 600; true";
         let mut run = desk
-            .command(&["--command", program, "--region=-1:1x2", "-q"])
+            .command(&format!("surface --command `{program}` --region=-1:1x2 -q"))
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
@@ -97,7 +68,7 @@ fn programs_end_with_the_run_however_it_ends() {
             wait(&|| desk.path("started").exists()),
             "{signal}: not started"
         );
-        let started = fs::read_to_string(desk.path("started")).unwrap();
+        let started = desk.text("started");
         assert!(started.split_whitespace().all(runs), "{signal}: {started}");
         let kill = format!("kill -{signal} {}", run.id());
         let killed = Command::new("sh").args(["-c", &kill]).status().unwrap();
@@ -118,28 +89,18 @@ pub(crate) fn python() -> bool {
     there
 }
 
+const BROWN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/data/energies/muller_brown.py");
+const BROWN_BOX: &str = "--region=-1.5:1,-0.3:1.8 -q --patience 8";
+
 #[test]
 fn a_python_energy_is_mapped() {
     if !python() {
         return;
     }
-    let desk = Desk::new();
-    let program = format!(
-        "python3 '{}'",
-        Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("data/energies/muller_brown.py")
-            .display()
-    );
-    let arguments = [
-        "--command",
-        &program,
-        "--region=-1.5:1,-0.3:1.8",
-        "-q",
-        "--patience",
-        "8",
-    ];
-    desk.succeed(&[&arguments[..], &["--threads", "2", "-o", "one"]].concat());
-    desk.succeed(&[&arguments[..], &["--threads", "1", "-o", "two"]].concat());
+    let desk = Desk::empty();
+    let search = format!("--command `python3 '{BROWN}'` {BROWN_BOX}");
+    desk.mapped(&format!("{search} --threads 2 -o one"));
+    desk.mapped(&format!("{search} --threads 1 -o two"));
     assert_eq!(promised(&desk.path("one")), promised(&desk.path("two")));
     check_brown(&desk.path("one"));
 }
@@ -183,12 +144,11 @@ while header := sys.stdin.buffer.read(8):
 
 /// Maps the waves with a program of this loop.
 fn waves(desk: &Desk, answers: &str, protocol: &str) -> Vec<StationaryRow> {
-    fs::write(desk.path("waves.py"), format!("{WAVES}{answers}")).unwrap();
-    let program = ["--command", "python3 waves.py", "--protocol", protocol];
-    let others = ["--region=-1:2,0:2", "--coordinates", "periodic", "-q"];
+    desk.write("waves.py", format!("{WAVES}{answers}"));
     let output = format!("{protocol}.landscape");
-    desk.succeed(&[&program[..], &others, &["-o", &output]].concat());
-    StationaryRow::read(&desk.path(&output)).unwrap()
+    let search = "--command `python3 waves.py` --region=-1:2,0:2 --coordinates periodic -q";
+    desk.mapped(&format!("{search} --protocol {protocol} -o {output}"));
+    desk.stationary(&output)
 }
 
 #[test]
@@ -196,7 +156,7 @@ fn a_periodic_cell_is_mapped_in_plain_numbers() {
     if !python() {
         return;
     }
-    let desk = Desk::new();
+    let desk = Desk::empty();
     let rows = waves(&desk, ONE, "binary");
     let found: Vec<(u64, f64)> = rows.iter().map(|row| (row.index, row.energy)).collect();
     let expected = [(0, -1.5), (1, -0.5), (1, 0.5)];
@@ -216,7 +176,7 @@ fn many_points_are_asked_for_at_once() {
     if !python() {
         return;
     }
-    let desk = Desk::new();
+    let desk = Desk::empty();
     let one = waves(&desk, ONE, "binary");
     let all = waves(&desk, MANY, "batch");
     assert_eq!(one.len(), all.len());
@@ -224,7 +184,7 @@ fn many_points_are_asked_for_at_once() {
         assert!((one.energy - all.energy).abs() < 1e-9 && one.index == all.index);
     }
     // Hessians ask for two points for each of two coordinates.
-    let counts = fs::read_to_string(desk.path("counts.txt")).unwrap();
+    let counts = desk.text("counts.txt");
     assert!(counts.lines().any(|line| line == "4") && counts.lines().any(|line| line == "1"));
 }
 
@@ -233,28 +193,16 @@ fn a_neural_network_is_mapped() {
     if !python() {
         return;
     }
-    let desk = Desk::new();
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/energies/neural_network.py");
-    let program = format!("python3 '{}'", example.display());
-    let arguments = [
-        "--command",
-        &program,
-        "--protocol",
-        "binary",
-        "--region=-3:3x9",
-    ];
-    let others = [
-        "--search",
-        "all",
-        "--searches",
-        "300",
-        "-q",
-        "--no-report",
-        "-o",
-        "network.landscape",
-    ];
-    desk.succeed(&[&arguments[..], &others].concat());
-    let rows = StationaryRow::read(&desk.path("network.landscape")).unwrap();
+    let desk = Desk::empty();
+    let example = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/data/energies/neural_network.py"
+    );
+    let search = "--protocol binary --region=-3:3x9 --search all --searches 300 -q --no-report";
+    desk.mapped(&format!(
+        "--command `python3 '{example}'` {search} -o network.landscape"
+    ));
+    let rows = desk.stationary("network.landscape");
     let minima: Vec<&StationaryRow> = rows.iter().filter(|row| row.index == 0).collect();
     // The best network comes in copies: hidden units exchanged, signs turned.
     let best = minima
@@ -279,25 +227,15 @@ fn a_python_energy_without_gradient_is_mapped() {
     if !python() {
         return;
     }
-    let desk = Desk::new();
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/energies/muller_brown.py");
-    let program = fs::read_to_string(example).unwrap();
+    let desk = Desk::empty();
+    let program = fs::read_to_string(BROWN).unwrap();
     let program = program.replace(
         "\"energy\": energy, \"gradient\": gradient",
         "\"energy\": energy",
     );
     assert!(!program.contains("\"gradient\": gradient"));
-    fs::write(desk.path("brown.py"), program).unwrap();
-    let program = "python3 brown.py";
-    let arguments = [
-        "--command",
-        program,
-        "--region=-1.5:1,-0.3:1.8",
-        "-q",
-        "--patience",
-        "8",
-    ];
-    desk.succeed(&[&arguments[..], &["-o", "out"]].concat());
+    desk.write("brown.py", program);
+    desk.mapped(&format!("--command `python3 brown.py` {BROWN_BOX} -o out"));
     check_brown(&desk.path("out"));
 }
 
@@ -308,35 +246,8 @@ pub(crate) fn program(desk: &Desk, name: &str, lines: &str) -> String {
          print(json.dumps({{'energy': energy, 'gradient': gradient}}), flush=True)\n",
         lines.replace('\n', "\n    ")
     );
-    fs::write(desk.path(name), text).unwrap();
+    desk.write(name, text);
     format!("python3 {name}")
-}
-
-#[test]
-fn one_forgotten_coupling_is_told() {
-    if !python() {
-        return;
-    }
-    let desk = Desk::new();
-    let energy = "energy = (x * x - 1) ** 2 + y * y + 0.3 * x * y\n";
-    let right = program(
-        &desk,
-        "right.py",
-        &format!("{energy}gradient = [4 * x * (x * x - 1) + 0.3 * y, 2 * y + 0.3 * x]"),
-    );
-    let wrong = program(
-        &desk,
-        "wrong.py",
-        &format!("{energy}gradient = [4 * x * (x * x - 1) + 0.3 * y, 2 * y]"),
-    );
-    let arguments = ["--region=-2:2x2", "-q", "-o", "out", "--patience", "8"];
-    let said = desk.mistake(&[&["--command", &wrong][..], &arguments].concat());
-    assert!(
-        said.contains("the gradient is not the derivative"),
-        "{said}"
-    );
-    assert!(said.contains("component 1 is given"), "{said}");
-    desk.succeed(&[&["--command", &right][..], &arguments].concat());
 }
 
 #[test]
@@ -344,26 +255,27 @@ fn rings_and_kinks_are_told() {
     if !python() {
         return;
     }
-    let desk = Desk::new();
+    let desk = Desk::empty();
     let ring = program(
         &desk,
         "ring.py",
         "s = x * x + y * y - 1\nenergy = s * s\ngradient = [4 * s * x, 4 * s * y]",
     );
-    let arguments = ["--region=-2:2x2", "--patience", "8"];
-    let said = desk.succeed(&[&["--command", &ring, "-o", "ring"][..], &arguments].concat());
-    for part in [
-        "**1 minimum** and **0 saddles**",
-        "1 component; 1 group (relative barrier up to",
-        "**1 of them is not isolated**",
-        "1 minimum and 0 saddles are not isolated",
-        "a walk along the level directions joins them",
-        "| m0 (not isolated) |",
-        "nothing is claimed, since rings",
-    ] {
-        assert!(said.contains(part), "`{part}` is missing in: {said}");
-    }
-    let rows = StationaryRow::read(&desk.path("ring")).unwrap();
+    let search = |command: &str| format!("--command `{command}` --region=-2:2x2 --patience 8");
+    let said = desk.mapped(&format!("{} -o ring", search(&ring)));
+    assert_says(
+        &said,
+        &[
+            "**1 minimum** and **0 saddles**",
+            "1 component; 1 group (relative barrier up to",
+            "**1 of them is not isolated**",
+            "1 minimum and 0 saddles are not isolated",
+            "a walk along the level directions joins them",
+            "| m0 (not isolated) |",
+            "nothing is claimed, since rings",
+        ],
+    );
+    let rows = desk.stationary("ring");
     assert!(
         rows.iter().all(|row| row.verdict == "degenerate"),
         "{rows:?}"
@@ -373,74 +285,41 @@ fn rings_and_kinks_are_told() {
         "cusp.py",
         "x -= 0.2\nenergy = abs(x) + y * y\ngradient = [math.copysign(1, x), 2 * y]",
     );
-    let said = desk.mistake(&[&["--command", &cusp, "-o", "cusp", "-q"][..], &arguments].concat());
-    assert!(said.contains("found no minimum"), "{said}");
-    assert!(said.contains("bottom of a kink"), "{said}");
+    let said = desk.unmapped(&format!("{} -o cusp -q", search(&cusp)));
+    assert_says(&said, &["found no minimum", "bottom of a kink"]);
     let ridge = program(
         &desk,
         "ridge.py",
         "s = 1 if x > -0.075 else -1\nenergy = (x - s) ** 2 + y * y + (0.3 if s < 0 else 0)\ngradient = [2 * (x - s), 2 * y]",
     );
-    let said = desk.succeed(&[&["--command", &ridge, "-o", "ridge"][..], &arguments].concat());
-    for part in [
-        "joined to the others by no saddle\n",
-        "no search ended at a saddle",
-        "it lies on a kink, where it cannot be verified",
-    ] {
-        assert!(said.contains(part), "`{part}` is missing in: {said}");
-    }
-    let told = fs::read_to_string(desk.path("ridge/landscape.json")).unwrap();
-    assert!(told.contains("\"unseen_below\": null"), "{told}");
-}
-
-/// Two rows of one saddle, which joins three minima.
-#[test]
-fn a_monkey_saddle_is_one() {
-    if !python() {
-        return;
-    }
-    let desk = Desk::new();
-    let monkey = program(
-        &desk,
-        "monkey.py",
-        "s = x * x + y * y\nenergy = x ** 3 - 3 * x * y * y + s * s\n\
-         gradient = [3 * (x * x - y * y) + 4 * s * x, 4 * s * y - 6 * x * y]",
+    let said = desk.mapped(&format!("{} -o ridge", search(&ridge)));
+    assert_says(
+        &said,
+        &[
+            "joined to the others by no saddle\n",
+            "no search ended at a saddle",
+            "it lies on a kink, where it cannot be verified",
+        ],
     );
-    let arguments = ["--region=-1:1x2", "--patience", "8", "-o", "monkey"];
-    let said = desk.succeed(&[&["--command", &monkey][..], &arguments].concat());
-    for part in [
-        "**3 minima** and **1 saddle**, 0 of which",
-        "(the same saddle) |",
-        "more than two valleys meet in a saddle",
-    ] {
-        assert!(said.contains(part), "`{part}` is missing in: {said}");
-    }
-    let rows = StationaryRow::read(&desk.path("monkey")).unwrap();
-    let verdicts: Vec<&str> = rows.iter().map(|row| row.verdict.as_str()).collect();
-    assert_eq!(verdicts, ["sound", "sound", "sound", "sound", "duplicate"]);
-    let mut rates = Command::new(env!("CARGO_BIN_EXE_landscape"));
-    rates.args(["rates", "monkey", "--from", "m0", "--to", "m1"]);
-    rates.args(["--temperature", "0.1"]);
-    let output = rates.current_dir(desk.folder.path()).output().unwrap();
-    let said = String::from_utf8(output.stdout).unwrap();
-    assert!(said.contains("more than two valleys meet there"), "{said}");
+    let told = desk.text("ridge/landscape.json");
+    assert!(told.contains("\"unseen_below\": null"), "{told}");
 }
 
 #[test]
 fn completeness_is_claimed_where_it_is_earned() {
-    let desk = Desk::new();
-    let sure = desk.succeed(&["torsion", "1", "3", "1", "3"]);
-    assert!(
-        sure.contains("completeness: **99 % sure** of all minima and saddles"),
-        "{sure}"
+    let desk = Desk::empty();
+    let sure = desk.mapped("torsion 1 3 1 3");
+    assert_says(
+        &sure,
+        &["completeness: **99 % sure** of all minima and saddles"],
     );
-    let unsure = desk.succeed(&["lj", "7"]);
+    let unsure = desk.mapped("lj 7");
     assert!(!unsure.contains("99 % sure"), "{unsure}");
     // What was stopped by one limit is not advised to raise the other.
-    let stopped = desk.succeed(&["lj", "7", "--searches", "64", "-o", "stopped"]);
-    assert!(
-        stopped.contains("nothing is claimed, since the search was stopped"),
-        "{stopped}"
+    let stopped = desk.mapped("lj 7 --searches 64 -o stopped");
+    assert_says(
+        &stopped,
+        &["nothing is claimed, since the search was stopped"],
     );
     assert!(stopped.contains("--searches allows more"), "{stopped}");
     assert!(!stopped.contains("--patience looks longer"), "{stopped}");
@@ -452,32 +331,24 @@ fn declared_symmetries_make_one_point_of_copies() {
     if !python() {
         return;
     }
-    let desk = Desk::new();
+    let desk = Desk::empty();
     let wells = program(
         &desk,
         "wells.py",
         "energy = (x * x - 1) ** 2 + (y * y - 1) ** 2\ngradient = [4 * x * (x * x - 1), 4 * y * (y * y - 1)]",
     );
-    let arguments = [
-        "--command",
-        &wells,
-        "--region=-2:2x2",
-        "-q",
-        "--patience",
-        "8",
-    ];
-    desk.succeed(&[&arguments[..], &["-o", "all"]].concat());
-    let symmetries = desk.path("copies.txt");
-    fs::write(&symmetries, "# exchange, mirror\n2 1\n-1 2\n").unwrap();
-    let declared = ["--symmetries", "copies.txt", "-o", "one"];
-    desk.succeed(&[&arguments[..], &declared].concat());
+    let search = format!("--command `{wells}` --region=-2:2x2 -q --patience 8");
+    desk.mapped(&format!("{search} -o all"));
+    desk.write("copies.txt", "# exchange, mirror\n2 1\n-1 2\n");
+    let declared = "--symmetries copies.txt -o one";
+    desk.mapped(&format!("{search} {declared}"));
     let counts = |name: &str| {
-        let rows = StationaryRow::read(&desk.path(name)).unwrap();
+        let rows = desk.stationary(name);
         [0, 1].map(|index| rows.iter().filter(|row| row.index == index).count())
     };
     assert_eq!((counts("all"), counts("one")), ([4, 4], [1, 1]));
     // Of 8 symmetries the exchange (or its negative) leaves a minimum in place: 4 copies.
-    let minima = fs::read_to_string(desk.path("one/min.data")).unwrap();
+    let minima = desk.text("one/min.data");
     assert_eq!(minima.split_whitespace().nth(2), Some("2"), "{minima}");
     for (text, said) in [
         ("1 2\n-2 3\n", "does not name coordinate 1"),
@@ -485,8 +356,8 @@ fn declared_symmetries_make_one_point_of_copies() {
         ("1 2 3\n", "has 3 numbers"),
         ("# none\n", "contains no symmetry"),
     ] {
-        fs::write(&symmetries, text).unwrap();
-        let told = desk.mistake(&[&arguments[..], &declared].concat());
+        desk.write("copies.txt", text);
+        let told = desk.unmapped(&format!("{search} {declared}"));
         assert!(told.contains(said), "{told}");
     }
     let tilted = program(
@@ -494,8 +365,9 @@ fn declared_symmetries_make_one_point_of_copies() {
         "tilted.py",
         "energy = (x * x - 1) ** 2 + y * y + 0.1 * x\ngradient = [4 * x * (x * x - 1) + 0.1, 2 * y]",
     );
-    fs::write(&symmetries, "1 -2\n-1 2\n").unwrap();
-    let arguments = ["--command", &tilted, "--region=-2:2x2", "-q"];
-    let told = desk.mistake(&[&arguments[..], &declared].concat());
+    desk.write("copies.txt", "1 -2\n-1 2\n");
+    let told = desk.unmapped(&format!(
+        "--command `{tilted}` --region=-2:2x2 -q {declared}"
+    ));
     assert!(told.contains("symmetry 2 changes the energy"), "{told}");
 }

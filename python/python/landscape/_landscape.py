@@ -651,7 +651,6 @@ def build(
     neighbours: int | None = None,
     temperature: float | None = None,
     pull: float | None = None,
-    paths: str = "string",
     search: str = "passes",
     group_barrier: float | None = None,
     only_stable: bool = False,
@@ -679,8 +678,6 @@ def build(
         Number of nearest minima to which each minimum is connected.
     temperature, pull
         Temperature and force of attraction–diffusion: units of the energy, and energy per metre. By default they are chosen.
-    paths
-        ``"string"`` or ``"band"`` (a nudged elastic band whose highest image climbs).
     search
         How the minima are joined: ``"passes"`` by relaxed paths and attraction–diffusion searches across every merge,
         ``"adelm"`` by attraction–diffusion alone as published, one minimum after the other; every barrier is then an upper
@@ -718,7 +715,7 @@ def build(
     target = Path(out) if keeps is None else keeps / "grasps.landscape"  # type: ignore[arg-type]
     given = flags(
         neighbours=neighbours, temperature=temperature, pull=pull,
-        paths=None if paths == "string" else paths, search=None if search == "passes" else search, group_barrier=group_barrier,
+        search=None if search == "passes" else search, group_barrier=group_barrier,
         only_stable=only_stable, first=first, seed=whole("seed", seed) or None, onto=None if onto is None else _folder(onto),
         no_report=not report,
     )

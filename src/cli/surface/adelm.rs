@@ -25,7 +25,6 @@ pub(super) fn map(
     );
     let given = [
         (command.patience.is_some(), "--patience"),
-        (command.paths.is_some(), "--paths"),
         (command.config.is_some(), "--config"),
         (command.groups.group_barrier.is_some(), "--group-barrier"),
         (command.connect.is_some(), "--connect"),

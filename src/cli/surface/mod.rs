@@ -13,7 +13,7 @@ use clap::{Args, ValueEnum};
 use program::{Region, command_hash, region};
 use search::Extent;
 
-use super::args::{Again, Common, GroupBarrier, Paths, WithPage, pair_named, within};
+use super::args::{Again, Common, GroupBarrier, WithPage, pair_named, within};
 use super::output::check_place;
 use super::run::{Unfinished, Watch, check_resumable};
 use super::{interruption, report};
@@ -88,9 +88,6 @@ pub(super) struct Surface {
     /// that they cross. If this renumbers the minima, the summary lists both names.
     #[arg(long, num_args = 2, value_names = ["FROM", "TO"])]
     connect: Option<Vec<String>>,
-    /// Relaxation method of the paths between minima that no search joined; `string` by default.
-    #[arg(long, value_enum)]
-    paths: Option<Paths>,
     /// File (TOML) with any of the settings that `landscape config surface` prints. Flags override it.
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     config: Option<PathBuf>,
@@ -601,7 +598,6 @@ fn searching(
     settings.seed = seed;
     settings.patience = command.patience.unwrap_or(settings.patience);
     settings.max_searches = command.searches.unwrap_or(settings.max_searches);
-    settings.paths = command.paths.map_or(settings.paths, Into::into);
     explain(|| format!("settings of the search: {settings:?}"));
     Ok(settings)
 }

@@ -8,13 +8,12 @@ use crate::mesh::MeshError;
 /// Reasons why a network cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages show the fields")]
 pub enum NeuralError {
     /// A file cannot be opened or read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
-        /// The file.
         path: PathBuf,
-        /// The error of the system.
         source: std::io::Error,
     },
     /// The file is a checkpoint of torch.
@@ -27,67 +26,45 @@ pub enum NeuralError {
     /// A file is not in the safetensors format.
     #[error("{name} is not a valid .safetensors file: {source}")]
     Safetensors {
-        /// The file.
         name: String,
-        /// The error of the parser.
         source: safetensors::SafeTensorError,
     },
     /// The specs file is invalid.
     #[error("{name} is not a valid specs file: {source}")]
     Specs {
-        /// The file.
         name: String,
-        /// The error of the parser.
         source: serde_json::Error,
     },
     /// The specs describe something other than a `DeepSDF` decoder.
     #[error("{name} has an invalid {field}: {problem}")]
     Value {
-        /// The specs file.
         name: String,
-        /// The field with the value.
         field: &'static str,
-        /// The problem.
         problem: String,
     },
     /// A tensor is missing.
     #[error("{name} has no tensor {tensor}, which the specs ask for")]
-    Missing {
-        /// The file.
-        name: String,
-        /// The tensor.
-        tensor: String,
-    },
+    Missing { name: String, tensor: String },
     /// A tensor has another shape than in the specs.
     #[error("tensor {tensor} of {name} has shape {found:?}, but the specs ask for {expected:?}")]
     Shape {
-        /// The file.
         name: String,
-        /// The tensor.
         tensor: String,
-        /// Its shape.
         found: Vec<usize>,
-        /// The shape that follows from the specs.
         expected: Vec<usize>,
     },
     /// A tensor holds numbers of an unsupported type.
     #[error("tensor {tensor} of {name} contains {found} numbers: F32 or F64 is needed")]
     Kind {
-        /// The file.
         name: String,
-        /// The tensor.
         tensor: String,
-        /// The type of its numbers.
         found: String,
     },
     /// A number is infinite or not a number.
     #[error("tensor {tensor} of {name} contains a number out of range: {beyond}")]
     Beyond {
-        /// The file.
         name: String,
-        /// The tensor.
         tensor: String,
-        /// The number and its limit.
         beyond: Beyond,
     },
     /// A row of normalised weights is zero and has no direction.
@@ -95,9 +72,7 @@ pub enum NeuralError {
         "row {row} of tensor {tensor} of {name} is zero: weight normalisation divides by its length"
     )]
     NoDirection {
-        /// The file.
         name: String,
-        /// The tensor.
         tensor: String,
         /// The row, from zero.
         row: usize,
@@ -110,21 +85,13 @@ pub enum NeuralError {
     /// There is no code with this index.
     #[error("latent code {index} does not exist: {name} has {count}, numbered from 0")]
     Code {
-        /// The file.
         name: String,
-        /// The requested index.
         index: usize,
-        /// Number of codes.
         count: usize,
     },
     /// A code has the wrong length.
     #[error("the latent code has {found} numbers, but the specs say CodeLength {expected}")]
-    CodeLength {
-        /// Its length.
-        found: usize,
-        /// The length in the specs.
-        expected: usize,
-    },
+    CodeLength { found: usize, expected: usize },
     /// The scale is invalid.
     #[error("the scale, metres per unit of the network: {0}")]
     Scale(Beyond),

@@ -170,7 +170,6 @@ fn others(key: &str, value: &Value) -> Vec<Value> {
         Value::String(_) => {
             let words: &[&str] = match key {
                 "search" => &["adelm"],
-                "method" | "paths" => &["band"],
                 "worst" => &["chain", "saddle"],
                 "protocol" => &[],
                 other => panic!("no other value of {other} is known"),

@@ -3,7 +3,7 @@
 use super::rest::{at_rest, by_energy};
 use super::{Charted, LandscapeBuilder};
 use crate::energy::Energy;
-use crate::optimize::{Quench, StopReason};
+use crate::optimize::Quench;
 use crate::sample::Kernel;
 use crate::topography::barrier::Connection;
 use crate::topography::journal::{JournalError, Run};
@@ -135,13 +135,8 @@ impl Charted {
             renumbered(&mut attempt.to);
             start.attempts.push(attempt);
         }
-        let stray = |minimum: &Minimum| Quench {
-            x: minimum.coordinates.clone(),
-            energy: minimum.energy,
-            gradient_norm: 0.0,
-            evaluations: 0,
-            stop: StopReason::Converged,
-        };
+        let stray =
+            |minimum: &Minimum| Quench::at_rest(minimum.coordinates.clone(), minimum.energy);
         let listed = |stray: &&Minimum| {
             let (x, height) = (&stray.coordinates, stray.energy);
             let mut all = start.minima.iter();

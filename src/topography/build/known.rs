@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::{LandscapeBuilder, claim};
-use crate::optimize::{Quench, StopReason};
+use crate::optimize::Quench;
 use crate::topography::barrier::{Connection, Start, rising_term};
 use crate::topography::network::{Edge, Evidence, MinimumId};
 use crate::topography::path::HEIGHT_TOLERANCE;
@@ -68,22 +68,16 @@ impl LandscapeBuilder<'_> {
                 path = path.reversed();
             }
             path.unfold(self.energy.space());
+            let edge = Edge {
+                term: rising_term(self.energy, top, (&self.minima[a], &self.minima[b])),
+                length: path.length(self.energy.space()),
+                ..Edge::bare(crossing.path.energies[crossing.pass], evidence)
+            };
+            let (from, to) = (MinimumId(a.min(b)), MinimumId(a.max(b)));
             side_connections.push(Connection {
-                from: MinimumId(a.min(b)),
-                to: MinimumId(a.max(b)),
-                edge: Edge {
-                    height: crossing.path.energies[crossing.pass],
-                    evidence,
-                    term: rising_term(self.energy, top, (&self.minima[a], &self.minima[b])),
-                    length: path.length(self.energy.space()),
-                },
-                path,
-                forward: Vec::new(),
-                backward: Vec::new(),
-                start: None,
                 invalid_reason,
                 crossings: vec![crossing.clone()],
-                evaluations: 0,
+                ..Connection::new(from, to, edge, path)
             });
         }
         side_connections
@@ -94,13 +88,8 @@ impl LandscapeBuilder<'_> {
             for end in [0, path.images.len() - 1] {
                 let (x, energy) = (&path.images[end], path.energies[end]);
                 if self.find(x, energy).is_none() {
-                    self.unlisted_minima.push(Quench {
-                        x: x.clone(),
-                        energy,
-                        gradient_norm: 0.0,
-                        evaluations: 0,
-                        stop: StopReason::Converged,
-                    });
+                    self.unlisted_minima
+                        .push(Quench::at_rest(x.clone(), energy));
                 }
             }
         }

@@ -231,12 +231,7 @@ impl LandscapeBuilder<'_> {
         let mut network = self.whole_network();
         network.clear_edges();
         for ((a, b), height) in &self.passes {
-            let edge = Edge {
-                height: *height,
-                evidence: Evidence::Saddle,
-                term: None,
-                length: 0.0,
-            };
+            let edge = Edge::bare(*height, Evidence::Saddle);
             network.add_edge(NodeIndex::new(*a), NodeIndex::new(*b), edge);
         }
         network

@@ -4,8 +4,9 @@ use super::{LandscapeBuilder, growing};
 use crate::topography::Phase;
 use crate::topography::barrier::Connection;
 use crate::topography::journal::JournalError;
-use crate::topography::network::{Evidence, MinimumId};
+use crate::topography::network::{Edge, Evidence, MinimumId};
 use crate::topography::pairs::candidates;
+use crate::topography::path::Path;
 use crate::topography::ripples::{Parts, merged};
 use crate::topography::tree::Tree;
 
@@ -71,11 +72,13 @@ impl LandscapeBuilder<'_> {
             .filter(|i| component[*i] != component[0] && !component[..*i].contains(&component[*i]))
             .collect();
         for i in apart {
-            let ids = (MinimumId(0), MinimumId(i));
-            let distance = (self.energy.space())
-                .distance(&self.minima[0].coordinates, &self.minima[i].coordinates);
-            self.best
-                .insert((0, i), Connection::by_definition(ids, ceiling, distance));
+            let edge = Edge {
+                length: (self.energy.space())
+                    .distance(&self.minima[0].coordinates, &self.minima[i].coordinates),
+                ..Edge::bare(ceiling, Evidence::Path)
+            };
+            let joined = Connection::new(MinimumId(0), MinimumId(i), edge, Path::default());
+            self.best.insert((0, i), joined);
         }
     }
 }

@@ -265,12 +265,7 @@ impl LandscapeBuilder<'_> {
         if ceiling.is_finite() {
             for (a, basin) in basins.iter().enumerate().skip(1) {
                 if a == *basin {
-                    let edge = Edge {
-                        height: ceiling,
-                        evidence: Evidence::Path,
-                        term: None,
-                        length: 0.0,
-                    };
+                    let edge = Edge::bare(ceiling, Evidence::Path);
                     network.add_edge(NodeIndex::new(0), NodeIndex::new(a), edge);
                 }
             }
@@ -402,11 +397,7 @@ impl LandscapeBuilder<'_> {
         let middle = points.len() / 2;
         let end = quench(self.energy, &points[middle], &self.settings.quench);
         way.evaluations += end.evaluations;
-        let here = Minimum {
-            coordinates: end.x,
-            energy: end.energy,
-            members: Vec::new(),
-        };
+        let here = Minimum::bare(end.x, end.energy);
         self.descend_between(&points[..=middle], (ends.0, &here), halvings - 1, way);
         if !same(&here, ends.0) && !same(&here, ends.1) {
             way.visit(&here);

@@ -33,11 +33,7 @@ pub(super) fn ordered((a, b): (usize, usize)) -> (usize, usize) {
 
 /// A minimum without what only a map needs.
 fn bare(minimum: &Minimum) -> Minimum {
-    Minimum {
-        coordinates: Vec::new(),
-        energy: minimum.energy,
-        members: Vec::new(),
-    }
+    Minimum::bare(Vec::new(), minimum.energy)
 }
 
 impl LandscapeBuilder<'_> {
@@ -56,11 +52,9 @@ impl LandscapeBuilder<'_> {
         if let Some(known) = self.known_basin(x, energy) {
             return known;
         }
-        self.waypoints.minima.push(Minimum {
-            coordinates: x.to_vec(),
-            energy,
-            members: Vec::new(),
-        });
+        self.waypoints
+            .minima
+            .push(Minimum::bare(x.to_vec(), energy));
         self.minima.len() + self.waypoints.minima.len() - 1
     }
 
@@ -310,21 +304,6 @@ impl LandscapeBuilder<'_> {
 }
 
 fn leg(pair: (usize, usize), path: Path, height: f64, evidence: Evidence) -> Connection {
-    Connection {
-        from: MinimumId(pair.0),
-        to: MinimumId(pair.1),
-        edge: Edge {
-            height,
-            evidence,
-            term: None,
-            length: 0.0,
-        },
-        path,
-        forward: Vec::new(),
-        backward: Vec::new(),
-        start: None,
-        invalid_reason: None,
-        crossings: Vec::new(),
-        evaluations: 0,
-    }
+    let edge = Edge::bare(height, evidence);
+    Connection::new(MinimumId(pair.0), MinimumId(pair.1), edge, path)
 }

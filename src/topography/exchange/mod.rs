@@ -230,12 +230,7 @@ impl Database {
             }
         }
         for ([a, b], height) in lowest {
-            let edge = Edge {
-                height,
-                evidence: Evidence::Given,
-                term: None,
-                length: 0.0,
-            };
+            let edge = Edge::bare(height, Evidence::Given);
             network.add_edge(NodeIndex::new(a), NodeIndex::new(b), edge);
         }
         network

@@ -27,24 +27,21 @@ impl Layout {
 /// An error in a `min.data` or `ts.data`. Lines and fields are counted from 1.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages show the fields")]
 pub enum ExchangeError {
     /// A line has a number of columns that no layout has.
     #[error(
-        "{file}, line {line}: it has {found} fields, but a line has {} or more (PATHSAMPLE) or {} (topsearch){cause}",
+        "{file}, line {line}: it has {found} fields, but a line has {} or more (PATHSAMPLE) or {} (topsearch)",
         .expected[0],
         .expected[1]
     )]
     Fields {
         /// `min.data` or `ts.data`.
         file: &'static str,
-        /// Number of the line.
         line: usize,
-        /// Number of fields on it.
         found: usize,
         /// Number of fields in the layouts of PATHSAMPLE and topsearch.
         expected: [usize; 2],
-        /// The likely cause and what to do, after a semicolon; empty if it is unknown.
-        cause: String,
     },
     /// A line has another layout than the first line of `min.data`.
     #[error(
@@ -55,41 +52,29 @@ pub enum ExchangeError {
     Mixed {
         /// `min.data` or `ts.data`.
         file: &'static str,
-        /// Number of the line.
         line: usize,
-        /// Number of fields on it.
         found: usize,
-        /// Layout of this line.
         layout: Layout,
         /// Layout of the first line of `min.data`.
         first: Layout,
     },
     /// A field has an invalid value.
-    #[error("{file}, line {line}, field {field}: `{text}` is not {expected}{cause}")]
+    #[error("{file}, line {line}, field {field}: `{text}` is not {expected}")]
     Field {
         /// `min.data` or `ts.data`.
         file: &'static str,
-        /// Number of the line.
         line: usize,
-        /// Number of the field.
         field: usize,
-        /// Text of the field.
         text: String,
-        /// Description of a valid value.
         expected: &'static str,
-        /// The likely cause and what to do, after a semicolon; empty if it is unknown.
-        cause: String,
     },
     /// The number of a minimum occurs twice.
     #[error("{file}, line {line}, field {field}: minimum {number} is already on line {first}")]
     Twice {
         /// `min.data`.
         file: &'static str,
-        /// Number of the line.
         line: usize,
-        /// Number of the field.
         field: usize,
-        /// The number of the minimum.
         number: usize,
         /// Line of the first occurrence.
         first: usize,
@@ -102,11 +87,8 @@ pub enum ExchangeError {
     NoSuchMinimum {
         /// `ts.data`.
         file: &'static str,
-        /// Number of the line.
         line: usize,
-        /// Number of the field.
         field: usize,
-        /// The number of the minimum.
         number: usize,
         /// Number of minima in `min.data`.
         count: usize,
@@ -121,17 +103,12 @@ pub enum ExchangeError {
     BelowMinimum {
         /// `ts.data`.
         file: &'static str,
-        /// Number of the line.
         line: usize,
         /// Number of the field that holds the energy.
         field: usize,
-        /// The energy of the transition state.
         energy: f64,
-        /// The number of the minimum.
         number: usize,
-        /// Its energy.
         minimum: f64,
-        /// Number of its line.
         minimum_line: usize,
     },
     /// The file holds no minima.
@@ -171,35 +148,6 @@ fn rust_number(text: &str) -> String {
         Some((mantissa, exponent)) => format!("{mantissa}e{exponent}"),
         None => text,
     }
-}
-
-/// Why a field is no number, and what to do: the two ways in which Fortran fills a field that is too narrow.
-fn cause_of(field: &str) -> Option<String> {
-    let is_mark = |text: &str, at: usize| {
-        let before = text[..at].bytes().next_back();
-        let digit = before.is_some_and(|byte| byte.is_ascii_digit() || byte == b'.');
-        digit && text[at..].starts_with(['-', '+'])
-    };
-    let lower = field.to_ascii_lowercase();
-    let joined = (1..lower.len())
-        .filter(|at| lower.is_char_boundary(*at) && is_mark(&lower, *at))
-        .any(|at| {
-            [&lower[..at], &lower[at..]]
-                .iter()
-                .all(|part| part.contains('.'))
-        });
-    let numeric = lower
-        .bytes()
-        .all(|byte| byte.is_ascii_digit() || b".+-ed".contains(&byte));
-    if numeric && (joined || lower.matches('.').count() > 1) {
-        return Some(format!(
-            "`{field}` is two numbers without a space between them, because a field of Fortran was too narrow; write a space \
-             between them"
-        ));
-    }
-    (!field.is_empty() && field.bytes().all(|byte| byte == b'*')).then(|| {
-        "Fortran writes stars for a number that is too long for its field; write the file again with wider fields".to_owned()
-    })
 }
 
 /// The unit of the last digit of a number, such as 10⁻⁵ for `-1.03163`; 0 if it has few decimals.
@@ -360,13 +308,11 @@ impl Line<'_> {
         } else if found == expected[1] {
             Layout::Topsearch
         } else {
-            let cause = self.fields.iter().find_map(|field| cause_of(field));
             return Err(ExchangeError::Fields {
                 file,
                 line,
                 found,
                 expected,
-                cause: cause.map_or(String::new(), |cause| format!("; {cause}")),
             });
         };
         let first = *first.get_or_insert(layout);
@@ -390,7 +336,6 @@ impl Line<'_> {
             field: field + 1,
             text: self.fields[field].to_owned(),
             expected,
-            cause: cause_of(self.fields[field]).map_or(String::new(), |cause| format!("; {cause}")),
         }
     }
 

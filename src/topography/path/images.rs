@@ -1,35 +1,16 @@
-//! Images along a path that relax together, as a string or as an elastic band.
+//! Images along a path that relax together as a string.
 //!
-//! Both methods move every image by the force across the path. The images of a string are redistributed at even distances
-//! (W. E, W. Ren and E. Vanden-Eijnden, J. Chem. Phys. 126, 164103 (2007)). Those of a band are held by springs (H.
-//! Jónsson, G. Mills and K. W. Jacobsen, *Nudged elastic band method* (1998)), and its highest image climbs (G. Henkelman,
-//! B. P. Uberuaga and H. Jónsson, J. Chem. Phys. 113, 9901 (2000)). Both use the upwind tangent of G. Henkelman and H.
-//! Jónsson, J. Chem. Phys. 113, 9978 (2000).
+//! Every image moves by the force across the path, and the images are redistributed at even distances (W. E, W. Ren and E.
+//! Vanden-Eijnden, J. Chem. Phys. 126, 164103 (2007)). The tangent is the upwind one of G. Henkelman and H. Jónsson, J. Chem.
+//! Phys. 113, 9978 (2000).
 
-use super::settings::PathMethod;
 use super::{Path, between, near, spread_by};
 use crate::energy::Energy;
 use crate::optimize::Fire;
 use crate::space::vector::{add, dot, norm, scale, times};
 
-/// Ratio of segment lengths (relative to their shares) above which a string is redistributed or a band stiffens.
+/// Ratio of segment lengths (relative to their shares) above which a string is redistributed.
 const UNEVEN: f64 = 1.5;
-/// Iterations between two adaptations of the springs, the factor of an adaptation, and the greatest total factor.
-const LOOK: usize = 5;
-const STIFFER: f64 = 1.2;
-const STIFFEST: f64 = 10.0;
-/// Longest step of a band image, relative to the shorter of its segments, so that it never passes another image.
-const STRIDE: f64 = 0.4;
-
-/// Settings of the relaxation.
-#[derive(Clone, Copy)]
-pub(super) struct Manner {
-    pub(super) method: PathMethod,
-    /// Initial stiffness of the springs of a band.
-    pub(super) spring: f64,
-    /// Longest step of an image in an iteration.
-    pub(super) longest: f64,
-}
 
 /// Images joined by geodesics. The ends and the pinned images are fixed.
 ///
@@ -39,17 +20,14 @@ pub(super) struct Manner {
 pub(super) struct Images<'e> {
     energy: &'e dyn Energy,
     scales: Vec<f64>,
-    pub(super) manner: Manner,
+    /// Longest step of an image in an iteration.
+    longest: f64,
     pub(super) path: Path,
     pub(super) gradients: Vec<Vec<f64>>,
     pub(super) pinned: Vec<bool>,
     /// Length of each segment relative to the others.
     shares: Vec<f64>,
     fire: Vec<Fire>,
-    climbs: bool,
-    iterations: usize,
-    /// Current stiffness of the springs, relative to the initial one.
-    stiffness: f64,
 }
 
 impl<'e> Images<'e> {
@@ -58,21 +36,18 @@ impl<'e> Images<'e> {
         energy: &'e dyn Energy,
         points: &[Vec<f64>],
         segments: usize,
-        manner: Manner,
+        longest: f64,
     ) -> Self {
         let space = energy.space();
         let shares = vec![1.0; segments];
         let mut images = Self {
             energy,
             scales: space.step_scales(),
-            manner,
+            longest,
             path: Path::default(),
             gradients: Vec::new(),
             pinned: Vec::new(),
             fire: Vec::new(),
-            climbs: false,
-            iterations: 0,
-            stiffness: 1.0,
             shares: Vec::new(),
         };
         for x in spread_by(space, points, &shares) {
@@ -91,14 +66,7 @@ impl<'e> Images<'e> {
         self.path.energies.push(energy);
         self.gradients.push(gradient);
         self.pinned.push(false);
-        self.fire
-            .push(Fire::new(self.scales.len(), self.manner.longest));
-    }
-
-    /// Makes the highest image climb from now on if this is a band. Returns whether it is.
-    pub(super) fn climb(&mut self) -> bool {
-        self.climbs = self.manner.method == PathMethod::Band;
-        self.climbs
+        self.fire.push(Fire::new(self.scales.len(), self.longest));
     }
 
     /// The same path with an image added in the middle of every segment.
@@ -199,8 +167,7 @@ impl<'e> Images<'e> {
         self.pinned[i] = true;
     }
 
-    /// Relaxes until the greatest force across the path is at most `tolerance`, or for `iterations`, and returns that
-    /// force. The whole force on a climbing image counts. Spring forces do not; they only place the images along the path.
+    /// Relaxes until the greatest force across the path is at most `tolerance`, or for `iterations`, and returns that force.
     pub(super) fn relax(&mut self, iterations: usize, tolerance: f64) -> f64 {
         let mut left = iterations;
         loop {
@@ -212,7 +179,7 @@ impl<'e> Images<'e> {
                 return worst;
             }
             left -= 1;
-            self.advance(forces);
+            self.advance(&forces);
         }
     }
 
@@ -222,22 +189,15 @@ impl<'e> Images<'e> {
             .fold(0.0, f64::max)
     }
 
-    /// The tangents at an inner image to the next image and from the previous one.
-    fn neighbours(&self, i: usize) -> [Vec<f64>; 2] {
-        let space = self.energy.space();
-        let images = &self.path.images;
+    /// Unit tangent at an inner image, by the upwind rule.
+    pub(super) fn tangent(&self, i: usize) -> Vec<f64> {
+        let (space, images, energies) =
+            (self.energy.space(), &self.path.images, &self.path.energies);
         let mut ahead = vec![0.0; self.scales.len()];
         let mut behind = ahead.clone();
         space.log_near(&images[i], &images[i + 1], &mut ahead);
         space.log_near(&images[i], &images[i - 1], &mut behind);
         scale(&mut behind, -1.0);
-        [ahead, behind]
-    }
-
-    /// Unit tangent at an inner image, by the upwind rule.
-    pub(super) fn tangent(&self, i: usize) -> Vec<f64> {
-        let energies = &self.path.energies;
-        let [mut ahead, behind] = self.neighbours(i);
         let (up, down) = (energies[i + 1] - energies[i], energies[i - 1] - energies[i]);
         let (most, least) = (up.abs().max(down.abs()), up.abs().min(down.abs()));
         let (forward, backward) = if !most.is_finite() {
@@ -260,76 +220,29 @@ impl<'e> Images<'e> {
         ahead
     }
 
-    /// The force of the surface across the path at image `i`. A climbing image is also pushed up along the path. The force
-    /// is zero at pinned images and outside the domain.
+    /// The force of the surface across the path at image `i`; zero at pinned images and outside the domain.
     fn force_across(&self, i: usize) -> Vec<f64> {
         let mut force = vec![0.0; self.scales.len()];
         if !self.pinned[i] && self.path.energies[i].is_finite() {
             let tangent = self.tangent(i);
             add(&mut force, -1.0, &self.gradients[i]);
             let along = dot(&force, &tangent);
-            let share = if self.is_climbing(i) { 2.0 } else { 1.0 };
-            add(&mut force, -share * along, &tangent);
+            add(&mut force, -along, &tangent);
         }
         force
     }
 
-    /// Whether a free image climbs: it is the highest and is higher than both neighbours.
-    fn is_climbing(&self, i: usize) -> bool {
-        let energies = &self.path.energies;
-        self.climbs
-            && energies[i] > energies[i - 1]
-            && energies[i] > energies[i + 1]
-            && (energies.iter().zip(&self.pinned)).all(|(e, pin)| *pin || *e <= energies[i])
-    }
-
-    /// Adds the spring force on a free image that does not climb: the part along the path. An image outside the domain follows
-    /// its neighbours.
-    fn add_springs(&self, i: usize, force: &mut [f64]) {
-        let spring = self.manner.spring * self.stiffness;
-        let [mut pull, behind] = self.neighbours(i);
-        // A segment is stretched if it is longer than its share. No spring is stiffer than between equal shares.
-        let least = self.shares[i].min(self.shares[i - 1]);
-        let [ahead_factor, behind_factor] = [i, i - 1].map(|k| least / self.shares[k]);
-        let stretch = norm(&pull) * ahead_factor - norm(&behind) * behind_factor;
-        scale(&mut pull, spring * ahead_factor);
-        add(&mut pull, -spring * behind_factor, &behind);
-        if !self.path.energies[i].is_finite() {
-            add(force, 1.0, &pull);
-            return;
-        }
-        let tangent = self.tangent(i);
-        add(force, spring * stretch, &tangent);
-    }
-
-    fn advance(&mut self, mut forces: Vec<Vec<f64>>) {
+    fn advance(&mut self, forces: &[Vec<f64>]) {
         let space = self.energy.space();
-        let banded = self.manner.method == PathMethod::Band;
         let mut images = self.path.images.clone();
         let mut step = vec![0.0; self.scales.len()];
         for (i, image) in images.iter_mut().enumerate() {
-            if self.pinned[i] {
-                continue;
+            if !self.pinned[i] {
+                self.fire[i].advance(&times(&forces[i], &self.scales), &mut step);
+                space.exp(image, &times(&step, &self.scales));
             }
-            if banded && !self.is_climbing(i) {
-                self.add_springs(i, &mut forces[i]);
-            }
-            self.fire[i].advance(&times(&forces[i], &self.scales), &mut step);
-            let mut step = times(&step, &self.scales);
-            if banded {
-                let [ahead, behind] = self.neighbours(i);
-                let (length, most) = (norm(&step), STRIDE * norm(&ahead).min(norm(&behind)));
-                if length > most {
-                    scale(&mut step, most / length);
-                }
-            }
-            space.exp(image, &step);
         }
-        if banded {
-            self.adapt_springs(&images);
-        } else {
-            self.even_out(&mut images);
-        }
+        self.even_out(&mut images);
         for (i, image) in images.into_iter().enumerate() {
             if self.pinned[i] {
                 continue;
@@ -344,13 +257,6 @@ impl<'e> Images<'e> {
                 self.fire[i].refuse();
             }
         }
-        self.iterations += 1;
-    }
-
-    /// The ranges between pinned images, as the indices of both ends.
-    fn stretches(&self) -> Vec<(usize, usize)> {
-        let pins: Vec<usize> = (0..self.pinned.len()).filter(|i| self.pinned[*i]).collect();
-        pins.windows(2).map(|ends| (ends[0], ends[1])).collect()
     }
 
     /// Whether the segment lengths of a range differ much from their shares.
@@ -367,7 +273,9 @@ impl<'e> Images<'e> {
 
     /// Redistributes the images between pinned images by their shares, if the lengths differ much.
     fn even_out(&self, images: &mut [Vec<f64>]) {
-        for (first, last) in self.stretches() {
+        let pins: Vec<usize> = (0..self.pinned.len()).filter(|i| self.pinned[*i]).collect();
+        for ends in pins.windows(2) {
+            let (first, last) = (ends[0], ends[1]);
             if self.is_uneven(images, (first, last)) {
                 let even = spread_by(
                     self.energy.space(),
@@ -378,16 +286,6 @@ impl<'e> Images<'e> {
             }
         }
     }
-
-    /// Stiffens the springs if the images are spread unevenly, and softens them otherwise.
-    fn adapt_springs(&mut self, images: &[Vec<f64>]) {
-        if self.iterations % LOOK == LOOK - 1 {
-            let stretches = self.stretches();
-            let uneven = (stretches.into_iter()).any(|ends| self.is_uneven(images, ends));
-            self.stiffness *= if uneven { STIFFER } else { STIFFER.recip() };
-            self.stiffness = self.stiffness.clamp(STIFFEST.recip(), STIFFEST);
-        }
-    }
 }
 
 #[cfg(test)]
@@ -396,58 +294,18 @@ mod tests {
     use crate::energy::Counted;
     use crate::energy::model::MullerBrown;
 
-    /// Müller and Brown's highest pass lies between these two minima.
+    /// Two minima of the surface.
     const ENDS: [[f64; 2]; 2] = [[-0.558224, 1.441726], [-0.050011, 0.466694]];
-    const PASS: f64 = -40.664843508657;
 
-    fn images(energy: &dyn Energy, method: PathMethod) -> Images<'_> {
-        let manner = Manner {
-            method,
-            spring: 500.0,
-            longest: 0.05,
-        };
-        Images::new(energy, &ENDS.map(|end| end.to_vec()), 12, manner)
-    }
-
-    #[test]
-    fn strings_and_bands_come_to_rest_evenly_spread() {
-        let energy = MullerBrown::new();
-        for method in [PathMethod::String, PathMethod::Band] {
-            let mut images = images(&energy, method);
-            let force = images.relax(500, 2.0);
-            assert!(force <= 2.0, "{method:?}: {force}");
-            assert!(
-                !images.is_uneven(&images.path.images, (0, 12)),
-                "{method:?}"
-            );
-            // The true maximum may lie between two images.
-            let height = images.path.height();
-            assert!(
-                (PASS - 3.0..PASS + 0.1).contains(&height),
-                "{method:?}: {height}"
-            );
-        }
-    }
-
-    #[test]
-    fn the_top_of_a_band_climbs_to_the_pass() {
-        let energy = MullerBrown::new();
-        assert!(!images(&energy, PathMethod::String).climb());
-        let mut images = images(&energy, PathMethod::Band);
-        images.relax(60, 2.0);
-        assert!(images.climb());
-        images.relax(300, 0.1);
-        let height = images.path.height();
-        assert!((height - PASS).abs() < 1e-4, "{height}");
-        let top = images.path.top();
-        assert!(norm(&images.gradients[top]) < 0.5);
+    fn images(energy: &dyn Energy) -> Images<'_> {
+        Images::new(energy, &ENDS.map(|end| end.to_vec()), 12, 0.05)
     }
 
     #[test]
     fn splitting_keeps_what_is_known() {
         let well = MullerBrown::new();
         let energy = Counted::new(&well);
-        let mut images = images(&energy, PathMethod::String);
+        let mut images = images(&energy);
         images.relax(20, 0.0);
         let before = energy.evaluations();
         let doubled = images.clone().doubled();

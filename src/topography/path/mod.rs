@@ -1,6 +1,6 @@
 //! Minimum-energy paths, computed only with Log and Exp of the space.
 //!
-//! A path is relaxed as a string or as an elastic band ([`images`]), and its highest point is refined to a pass ([`pass`]).
+//! A path is relaxed as a string ([`images`]), and its highest point is refined to a pass ([`pass`]).
 //! Descents from the pass decide the evidence ([`relax`]).
 
 mod across;
@@ -10,6 +10,7 @@ mod pass;
 mod relax;
 mod rough;
 mod settings;
+#[cfg(feature = "chemistry")]
 mod tops;
 
 pub use pass::Pass;
@@ -17,7 +18,8 @@ pub(super) use pass::{descend, descend_one_way, leave_ridges};
 pub(super) use relax::relax;
 use serde::{Deserialize, Serialize};
 pub(super) use settings::HEIGHT_TOLERANCE;
-pub use settings::{LoweringSettings, PathMethod, PathSettings};
+pub use settings::{LoweringSettings, PathSettings};
+#[cfg(feature = "chemistry")]
 pub(super) use tops::tops;
 
 use super::journal::bits;

@@ -62,7 +62,7 @@ pub(in crate::topography) fn relax(
         .iter()
         .enumerate()
         .filter_map(|(start, points)| {
-            let mut images = Images::new(energy, points, settings.segments, settings.manner());
+            let mut images = Images::new(energy, points, settings.segments, settings.max_step);
             if images.path.energies[1..settings.segments]
                 .iter()
                 .all(|e| !e.is_finite())
@@ -179,9 +179,6 @@ impl<'a> Relaxation<'a> {
         if self.settings.roughness > 0.0 {
             return self.finish_rippled(images, floor);
         }
-        if images.climb() {
-            images.relax(self.settings.iterations, self.settings.force_tolerance);
-        }
         self.insert(&mut images, floor);
         let reach = 2.0 * images.path.length(space) / (images.path.images.len() - 1) as f64;
         let (mut passes, mut doubled) = (Vec::new(), false);
@@ -293,7 +290,7 @@ impl<'a> Relaxation<'a> {
             self.energy,
             &lowered.path.images,
             self.settings.segments,
-            self.settings.manner(),
+            self.settings.max_step,
         );
         let mut led = self.finish_rough(images, floor);
         let slack = self.settings.slack(lowered.height - floor);

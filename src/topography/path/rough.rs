@@ -112,7 +112,7 @@ impl<'e> Relaxation<'e> {
             self.energy,
             points,
             self.settings.segments.div_ceil(2),
-            self.settings.manner(),
+            self.settings.max_step,
         );
         images.relax(
             self.settings.coarse_iterations,

@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::images::Manner;
-
 /// Greatest change of a height under doubling, relative to the barrier.
 pub(in crate::topography) const HEIGHT_TOLERANCE: f64 = 0.01;
 /// Difference from the cubic through its ends above which a segment is split, relative to the barrier: several times the
@@ -14,11 +12,6 @@ pub(super) const DEPARTURE: f64 = 0.05;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct PathSettings {
-    /// How the images of a path are kept apart.
-    pub method: PathMethod,
-    /// Initial stiffness of the springs of a band, energy per length squared. It grows while images are spread unevenly and
-    /// falls otherwise.
-    pub spring: f64,
     /// Number of segments before any is split.
     pub segments: usize,
     /// The longer way round between two points is tried too if it is at most this many times as long.
@@ -86,8 +79,6 @@ impl PathSettings {
     /// Settings for a surface whose typical barrier is `energy` high and `length` wide.
     pub fn for_scales(energy: f64, length: f64) -> Self {
         Self {
-            method: PathMethod::default(),
-            spring: 10.0 * energy / (length * length),
             segments: 12,
             detour: 1.5,
             insertions: 3,
@@ -113,28 +104,8 @@ fn is_zero(roughness: &f64) -> bool {
 }
 
 impl PathSettings {
-    /// How images relax.
-    pub(super) fn manner(&self) -> Manner {
-        Manner {
-            method: self.method,
-            spring: self.spring,
-            longest: self.max_step,
-        }
-    }
-
     /// Change of height that is ignored for a barrier of this height.
     pub(super) fn slack(&self, barrier: f64) -> f64 {
         HEIGHT_TOLERANCE * barrier + self.energy_tolerance
     }
-}
-
-/// How the images of a path are kept apart while it relaxes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum PathMethod {
-    /// The string method: images are redistributed at even distances.
-    #[default]
-    String,
-    /// The nudged elastic band: images are held by springs.
-    Band,
 }

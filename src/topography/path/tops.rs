@@ -22,7 +22,7 @@ pub(in crate::topography) fn tops(
     let mut to = from.to_vec();
     energy.space().exp(&mut to, tangent);
     let points = [from.to_vec(), to];
-    let mut images = Images::new(energy, &points, settings.segments, settings.manner());
+    let mut images = Images::new(energy, &points, settings.segments, settings.max_step);
     images.relax(settings.coarse_iterations, settings.force_tolerance);
     let energies = &images.path.energies;
     let tops = (1..settings.segments).filter(|i| {

@@ -5,7 +5,6 @@ use super::flat::{Bottom, is_of_bottom, same_bottom, same_saddle};
 use super::outcome::{Outcome, SearchEnd};
 use super::{Exploration, Limits, SearchSettings};
 use crate::energy::Energy;
-use crate::optimize::Quench;
 use crate::space::Space;
 use crate::space::vector::times;
 use crate::topography::audit::{Audit, AuditSettings, Verdict, examine};
@@ -273,7 +272,7 @@ impl Census {
         let mut unfinished = outcome.unfinished;
         let refused = self.refused.len();
         if let Some(drawn) = outcome.drawn {
-            let quench = Quench::from(drawn);
+            let quench = drawn.0;
             if let Some(minimum) = self.minimum(energy, &quench.x, quench.energy) {
                 self.minima[minimum].draws.push(self.searches - 1);
             } else if self.refused[refused..].iter().any(Refused::is_kink) {
@@ -308,11 +307,7 @@ impl Census {
 
     /// The minima in the form that the path search needs.
     pub(super) fn as_minima(&self) -> Vec<Minimum> {
-        let minimum = |known: &Known| Minimum {
-            coordinates: known.x.clone(),
-            energy: known.energy,
-            members: Vec::new(),
-        };
+        let minimum = |known: &Known| Minimum::bare(known.x.clone(), known.energy);
         self.minima.iter().map(minimum).collect()
     }
 

@@ -118,7 +118,6 @@ impl Explorer<'_> {
         let (energy, length) = scales.unwrap_or((settings.energy, near(space, from, to)));
         MapSettings {
             path: PathSettings {
-                method: settings.paths,
                 push: PUSH * settings.length,
                 ..PathSettings::for_scales(energy, length)
             },

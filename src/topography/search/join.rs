@@ -124,7 +124,6 @@ impl Searcher<'_> {
         let counted = Counted::new(self.energy);
         let space = self.energy.space();
         let settings = PathSettings {
-            method: self.settings.paths,
             push: PUSH * self.settings.length,
             ..PathSettings::for_scales(self.settings.energy, distance)
         };
@@ -147,23 +146,16 @@ impl Searcher<'_> {
                 outcome.height = outcome.path.energies[top];
                 outcome.top.clone_from(&outcome.path.images[top]);
             }
+            let edge = Edge {
+                term: rising_term(self.energy, &outcome.top, ends),
+                length: outcome.path.length(space),
+                // However well the path relaxed, the search verifies every saddle, and this path has none.
+                ..Edge::bare(outcome.height, Evidence::Chain)
+            };
             bound = outcome.height.is_finite().then(|| Connection {
-                from: ids[0],
-                to: ids[1],
-                edge: Edge {
-                    height: outcome.height,
-                    // However well the path relaxed, the search verifies every saddle, and this path has none.
-                    evidence: Evidence::Chain,
-                    term: rising_term(self.energy, &outcome.top, ends),
-                    length: outcome.path.length(space),
-                },
-                path: outcome.path,
-                forward: Vec::new(),
-                backward: Vec::new(),
                 start: [Start::Straight, Start::Round].get(outcome.start).copied(),
                 invalid_reason: outcome.invalid_reason,
-                crossings: Vec::new(),
-                evaluations: 0,
+                ..Connection::new(ids[0], ids[1], edge, outcome.path)
             });
         }
         Relaxed {

@@ -7,6 +7,7 @@
 mod census;
 mod coverage;
 mod flat;
+#[cfg(feature = "chemistry")]
 mod funnels;
 mod further;
 mod join;
@@ -25,6 +26,7 @@ use census::Census;
 pub(crate) use census::mark_branches;
 pub use census::{Refused, TransitionState};
 pub use coverage::{Coverage, Doubt};
+#[cfg(feature = "chemistry")]
 pub use funnels::{
     LowestReport, LowestSettings, LowestTrace, SizeProbe, explore_lowest, probe_size,
 };

@@ -8,7 +8,6 @@ use crate::optimize::{Quench, QuenchSettings, StopReason};
 use crate::sample::{Task, stream};
 use crate::topography::audit::AuditSettings;
 use crate::topography::minima::MatchTolerance;
-use crate::topography::path::PathMethod;
 use crate::topography::scales::{PROBES, Scales};
 
 /// Gradient at the end of a descent above which it is unfinished, in tolerances.
@@ -35,8 +34,6 @@ pub struct SearchSettings {
     pub patience: usize,
     /// Greatest number of searches.
     pub max_searches: usize,
-    /// How the images of the paths that join separate components are kept apart.
-    pub paths: PathMethod,
     /// Seed of all random draws.
     pub seed: u64,
 }
@@ -63,7 +60,6 @@ impl SearchSettings {
             modes: 1000,
             patience: 120,
             max_searches: 100_000,
-            paths: PathMethod::default(),
             seed: 0,
         }
     }

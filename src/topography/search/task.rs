@@ -50,7 +50,7 @@ impl Searcher<'_> {
         outcome.unfinished = drawn.is_some_and(|end| self.settings.is_unfinished(end));
         outcome.drawn = (place.drawn)
             .filter(|end| end.stop != StopReason::Budget && end.energy.is_finite())
-            .map(QuenchRecord::from);
+            .map(QuenchRecord);
         outcome.evaluations = usize::try_from(counted.evaluations()).unwrap_or(usize::MAX);
         outcome
     }

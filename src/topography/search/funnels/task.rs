@@ -231,7 +231,6 @@ impl Worker<'_> {
         let distance = space.log_quickly(&from.x, &to.x, &mut tangent);
         let length = self.settings.length;
         let settings = PathSettings {
-            method: self.settings.paths,
             segments: segments(distance / length),
             coarse_iterations: 100,
             max_step: length,

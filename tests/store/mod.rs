@@ -1,6 +1,4 @@
 //! Files: round trips, equal bytes, the message of every refusal, and kills at any moment.
-#![cfg(feature = "cli")]
-#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 #![expect(
     clippy::float_cmp,
     reason = "what is stored must come back bit for bit"
@@ -12,11 +10,6 @@ mod landscapes;
 mod refusals;
 mod sums;
 mod writing;
-
-#[path = "../folder/mod.rs"]
-mod folder;
-#[path = "../parts/mod.rs"]
-mod parts;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,22 +1,11 @@
 //! Results do not depend on units. Every reference surface, with lengths multiplied by 10⁻³ to 10³ and energies by 10⁻⁶ to
 //! 10⁶, has the same points, the same tree and the same claims.
-#![cfg(feature = "topography")]
-#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 mod scaled;
-#[cfg(feature = "cli")]
-mod shell;
-#[cfg(feature = "cli")]
-#[path = "../skipped/mod.rs"]
-mod skipped;
-mod stiff;
 
 use landscape::energy::model::Surface;
-use landscape::sample::{Mala, Rng, Task, stream};
-use landscape::topography::{
-    GroupSettings, Landscape, MapSettings, Run, Scales, SearchSettings, build_landscape, distinct,
-    explore, in_box, quench_all,
-};
+use landscape::sample::Rng;
+use landscape::topography::{GroupSettings, Landscape, Run, SearchSettings, explore, in_box};
 use scaled::{Scaled, Units, binary, decimal, surfaces};
 
 const AS_IT_IS: Units = Units {
@@ -61,32 +50,6 @@ impl Found {
                 .collect(),
             ..mapped
         }
-    }
-
-    /// The short program of the front page.
-    fn of_starts(surface: &Surface, units: Units) -> Self {
-        let energy = Scaled::new(surface, units);
-        let draw = in_box(&surface.low, &surface.high);
-        let starts: Vec<Vec<f64>> = (0..200)
-            .map(|id| energy.scaled(&draw(&mut stream(1, Task::Start, id))))
-            .collect();
-        let scales = Scales::measured(&energy, &starts);
-        let quenches = quench_all(&energy, &starts, &scales.quench(), &Run::default()).unwrap();
-        let tolerance = scales.gradient_tolerance();
-        let (minima, rejected) = distinct(&energy, &quenches, &scales.sameness(), tolerance);
-        let settings = MapSettings::for_minima(&energy, &minima);
-        let kernel = Mala::new(&energy);
-        let landscape =
-            build_landscape(&energy, &kernel, minima, &settings, &Run::default()).unwrap();
-        let mut found = Self::mapped(&landscape, &energy, units);
-        found.details = format!(
-            "{:?}, {} unlisted_minima, {} rejected, {} evaluations",
-            landscape.tally(),
-            landscape.unlisted_minima.len(),
-            rejected.len(),
-            landscape.evaluations
-        );
-        found
     }
 
     fn mapped(landscape: &Landscape, energy: &Scaled<'_>, units: Units) -> Self {
@@ -150,9 +113,4 @@ fn in_all_units(found: &dyn Fn(&Surface, Units) -> Found) {
 #[test]
 fn a_search_finds_the_same_in_all_units() {
     in_all_units(&Found::explored);
-}
-
-#[test]
-fn the_short_path_finds_the_same_in_all_units() {
-    in_all_units(&Found::of_starts);
 }
