@@ -301,10 +301,7 @@ fn labels_are_written_explained_and_overridden() {
     let csv = format!("id,label\n{id},thumb adducted\n{other},unlisted\n");
     desk.write("labels.csv", csv);
     let said = desk.print("label g.parquet --from labels.csv");
-    assert_says(
-        &said,
-        &["agreeing", "disagreeing", "Adducted Thumb"],
-    );
+    assert_says(&said, &["agreeing", "disagreeing", "Adducted Thumb"]);
     let labelled = read("g.labelled.parquet");
     assert_eq!(labelled.grasps[0].label.as_deref(), Some("Adducted Thumb"));
     assert_eq!(labelled.grasps[0].label_category.as_deref(), Some("power"));

@@ -1,6 +1,5 @@
 //! Labels of the rule on fixtures, and how often they are right.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -14,7 +13,6 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 use super::fixture::Fixture;
-use super::widened::{HandName, Widened, object};
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 
@@ -118,38 +116,6 @@ fn assembled(id: &str, parts: Vec<Primitive>) -> Result<Object, Failure> {
     };
     let (mesh, description) = assembly.object(id)?;
     Ok(Object::from_mesh(id, mesh, &description)?)
-}
-
-/// The widened fixtures of a file that belong to these authored ones and whose hand is at hand.
-pub(crate) fn widened_cases(path: &Path, authored: Vec<Fixture>) -> Result<Vec<Case>, Failure> {
-    let fixtures: Vec<Widened> = serde_json::from_str(&std::fs::read_to_string(path)?)?;
-    let authored: BTreeMap<String, Fixture> = authored
-        .into_iter()
-        .map(|fixture| (fixture.id.clone(), fixture))
-        .collect();
-    let hands: Vec<(HandName, Arc<Hand>)> = HandName::ALL
-        .into_iter()
-        .filter_map(|name| Some((name, name.hand()?)))
-        .collect();
-    let case = |fixture: &Widened| -> Option<Result<Case, Failure>> {
-        let (name, hand) = hands.iter().find(|(name, _)| *name == fixture.hand)?;
-        let base = authored.get(&fixture.of)?;
-        let id = format!("{}-{name:?}", fixture.of);
-        let joints = fixture.x.len().checked_sub(7);
-        if joints != Some(hand.joints.len()) {
-            return Some(Err(format!("{id} has other joints than the hand").into()));
-        }
-        Some(
-            assembled(&id, object(base, fixture.scale, fixture.reshaped)).map(|object| Case {
-                object,
-                x: fixture.x.clone(),
-                hand: hand.clone(),
-                kind: base.kind,
-                id,
-            }),
-        )
-    };
-    fixtures.par_iter().filter_map(case).collect()
 }
 
 /// Labels of all copies of all fixtures, in order.

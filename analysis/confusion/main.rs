@@ -9,13 +9,6 @@ mod fixture;
 mod judge;
 mod picture;
 mod report;
-#[expect(
-    dead_code,
-    reason = "what only `pose_fixtures` calls makes widened fixtures"
-)]
-mod widened;
-
-use std::path::PathBuf;
 
 use judge::{Error, Noise, Outcome};
 use landscape::evaluation::taxonomy::{Rule, explain};
