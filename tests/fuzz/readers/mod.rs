@@ -223,8 +223,8 @@ fn posed(hand: Result<Hand, HandError>) -> Result<(), String> {
     let hand = hand.map_err(|error| error.to_string())?;
     let mut posed = PosedHand::default();
     hand.pose(&hand.rest_coordinates(), &mut posed);
-    let points = posed.points.iter().flatten();
-    assert!(points.into_iter().all(|x| x.is_finite()), "a point is lost");
+    let finite = posed.points.iter().flatten().all(|x| x.is_finite());
+    assert!(finite, "a point is lost");
     Ok(())
 }
 
