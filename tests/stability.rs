@@ -292,8 +292,6 @@ mod command {
     use std::path::Path;
     use std::process::Command;
 
-    use landscape::store::{GraspFile, Overrides};
-
     fn stability(file: &Path, arguments: &[&str]) -> (bool, String) {
         let run = Command::new(env!("CARGO_BIN_EXE_landscape"))
             .arg("stability")
@@ -303,32 +301,6 @@ mod command {
             .unwrap();
         let told = [run.stdout, run.stderr].concat();
         (run.status.success(), String::from_utf8(told).unwrap())
-    }
-
-    #[test]
-    fn a_file_is_judged_to_the_same_bytes_on_any_number_of_threads() {
-        let folder = tempfile::TempDir::new().unwrap();
-        let given = folder.path().join("few.parquet");
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/grasps.parquet");
-        let (mut file, _) = GraspFile::read(&path, Overrides::default()).unwrap();
-        file.grasps.truncate(4);
-        file.write(&given).unwrap();
-        let outputs = ["1", "2"].map(|threads| {
-            let output = folder.path().join(format!("{threads}.parquet"));
-            let arguments = ["--threads", threads, "-o", output.to_str().unwrap()];
-            let (succeeded, told) = stability(&given, &arguments);
-            assert!(succeeded && told.contains("convex pieces"), "{told}");
-            std::fs::read(&output).unwrap()
-        });
-        assert!(outputs[0] == outputs[1]);
-        let written = folder.path().join("1.parquet");
-        let (judged, _) = GraspFile::read(&written, Overrides::default()).unwrap();
-        assert_eq!(judged.metadata.stability["protocol"]["protocol"], "drop");
-        for grasp in &judged.grasps {
-            let held = grasp.stable_reason.as_deref() == Some("held");
-            assert_eq!(grasp.stable, Some(held));
-            assert!(grasp.stable_displacement_m.unwrap() > 0.0);
-        }
     }
 
     #[test]
