@@ -10,8 +10,7 @@ use landscape::topography::{
 
 #[test]
 fn published_surface() {
-    // A strong pull joins all of Müller and Brown's minima, a weak one only those 8.5 apart, less than twice T (thresholds
-    // measured in tests/muller_brown.rs).
+    // A strong pull joins all of Müller and Brown's minima, a weak one only those 8.5 apart, less than twice T.
     let energy = MullerBrown::new();
     let kernel = Mala::new(&energy);
     let starts = [vec![0.62, 0.03], vec![-0.05, 0.47], vec![-0.56, 1.44]];

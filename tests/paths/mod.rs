@@ -147,10 +147,6 @@ fn strings_and_bands_end_at_the_same_verified_saddles() {
                     straight(energy, ends, &straight_only(scales.0, scales.1, method))
                 });
                 let [string, band] = found.each_ref().map(|c| (c.edge.height, c.edge.evidence));
-                println!(
-                    "{} {i}-{j}: string {string:?} in {}, band {band:?} in {}",
-                    case.name, found[0].evaluations, found[1].evaluations
-                );
                 assert!(
                     (string.0 - band.0).abs() < 1e-6 * scales.0,
                     "{} {i}-{j}: {string:?} {band:?}",
