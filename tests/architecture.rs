@@ -34,31 +34,37 @@ fn rooms(document: &str) -> BTreeMap<String, Room> {
     rows.collect()
 }
 
-/// The code of a file as rustfmt writes it, without comments and without what only tests compile; the names of modules in
-/// other files that only tests compile are added to `tests`.
-fn code(text: &str, tests: &mut Vec<String>) -> String {
-    let mut code = String::new();
-    let mut left_out = None;
-    for line in text.lines() {
-        let line = line.split("//").next().unwrap_or_default().trim_end();
-        let word = line.trim_start();
-        let indent = line.len() - word.len();
-        if let Some(outer) = left_out {
-            if let Some(name) = word.strip_prefix("mod ").and_then(|w| w.strip_suffix(';')) {
-                tests.push(name.to_owned());
-            }
-            let ends = word.starts_with('}') || word.ends_with(';');
-            if indent == outer && ends {
-                left_out = None;
-            }
-        } else if word.starts_with("#[cfg(test)]") || word.starts_with("#[cfg(all(test") {
-            left_out = Some(indent);
-        } else {
-            code.push_str(line);
-            code.push('\n');
-        }
-    }
-    code
+/// The text of a file before its tests.
+pub(super) fn before_tests(text: &str) -> &str {
+    let heads = [
+        "mod tests",
+        "pub(super) mod tests",
+        "#[cfg(unix)]\nmod tests",
+    ];
+    let heads = heads.map(|head| text.find(&format!("#[cfg(test)]\n{head}")));
+    let ends = heads
+        .into_iter()
+        .flatten()
+        .chain(text.find("#[cfg(all(test"));
+    &text[..ends.min().unwrap_or(text.len())]
+}
+
+/// Whether a path names Rust that is not only for tests.
+pub(super) fn is_code(path: &str) -> bool {
+    let only_tests = ["/tests.rs", "/testing"]
+        .iter()
+        .any(|part| path.contains(part));
+    !only_tests
+        && Path::new(path)
+            .extension()
+            .is_some_and(|ending| ending == "rs")
+}
+
+/// The code of a file without comments and tests.
+fn code(text: &str) -> String {
+    let lines = before_tests(text).lines();
+    let lines = lines.map(|line| line.split("//").next().unwrap_or_default());
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 /// The name that a text begins with.
@@ -122,26 +128,12 @@ fn faults(document: &str, manifest: &str, files: &BTreeMap<String, String>) -> V
         .map(|(name, _)| name.to_owned())
         .collect();
     let mut faults = Vec::new();
-    let mut tests = Vec::new();
-    let mut codes = BTreeMap::new();
-    for (path, text) in files {
-        let folder = path.strip_suffix("mod.rs").map_or_else(
-            || format!("{}/", path.trim_end_matches(".rs")),
-            str::to_owned,
-        );
-        let mut modules = Vec::new();
-        codes.insert(path, code(text, &mut modules));
-        tests.extend(modules.into_iter().map(|name| folder.clone() + &name));
-    }
-    let in_tests = |path: &str| {
-        let below = |test: &String| path.strip_prefix(test.as_str());
-        (tests.iter().filter_map(below)).any(|rest| rest == ".rs" || rest.starts_with('/'))
-    };
     let mut present = BTreeSet::new();
-    for (path, code) in codes {
+    for (path, text) in files.iter().filter(|(path, _)| is_code(path)) {
+        let code = code(text);
         let module = path.trim_end_matches(".rs").trim_end_matches("/mod");
         let name = module.split('/').next().unwrap_or_default();
-        if in_tests(path) || matches!(name, "lib" | "main") {
+        if matches!(name, "lib" | "main") {
             continue;
         }
         let Some(room) = rooms.get(name) else {
@@ -209,7 +201,7 @@ fn wrong_uses_are_found() {
         ("lib.rs", "use crate::high::Any;"),
         (
             "low/mod.rs",
-            "mod deep;\n#[cfg(test)]\nmod tests;\nuse super::side::B;",
+            "mod deep;\nuse super::side::B;\n#[cfg(test)]\nmod tests;",
         ),
         ("low/tests.rs", "use crate::high::A;"),
         (
@@ -244,14 +236,9 @@ fn nothing_uses_the_room_of_the_paper() {
     let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut files = BTreeMap::new();
     add_files(&sources, "", &mut files);
-    let is_code = |name: &str| {
-        Path::new(name)
-            .extension()
-            .is_some_and(|ending| ending == "rs")
-    };
     files.retain(|name, _| is_code(name) && !name.starts_with("grasp/paper/"));
     for (name, text) in files {
-        let code = code(&text, &mut Vec::new());
+        let code = code(&text);
         assert!(!code.contains("paper::"), "{name} names grasp::paper");
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::architecture::add_files;
+use super::architecture::{add_files, before_tests, is_code};
 
 /// Turns that messages do without, in lower case. After a final space, a letter follows: "is not a", "has no" or "without"
 /// is meant.
@@ -13,15 +13,7 @@ const TURNS: [&str; 8] = [
 
 /// The string literals of a file before its tests, each with its line.
 fn literals(source: &str) -> Vec<(usize, String)> {
-    let tests = [
-        "mod tests",
-        "pub(super) mod tests",
-        "#[cfg(unix)]\nmod tests",
-    ];
-    let tests = tests.map(|head| format!("#[cfg(test)]\n{head}"));
-    let ends = tests.iter().filter_map(|head| source.find(head));
-    let end = ends.chain(source.find("#[cfg(all(test")).min();
-    let source = &source[..end.unwrap_or(source.len())];
+    let source = before_tests(source);
     let mut literals = Vec::new();
     let mut place = 0;
     while place < source.len() {
@@ -131,15 +123,7 @@ fn messages_are_plain() {
     let mut files = BTreeMap::new();
     let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     add_files(&sources, "", &mut files);
-    files.retain(|path, _| {
-        let only_tests = ["/tests.rs", "/testing"]
-            .iter()
-            .any(|part| path.contains(part));
-        !only_tests
-            && Path::new(path)
-                .extension()
-                .is_some_and(|ending| ending == "rs")
-    });
+    files.retain(|path, _| is_code(path));
     let (mut read, mut found) = (0, Vec::new());
     for (path, source) in &files {
         for (line, literal) in literals(source) {

@@ -75,8 +75,13 @@ fn knot() -> (Hand, PosedHand) {
 /// The name that a line begins with, and its numbers.
 fn numbered(line: &str) -> (&str, Vec<f64>) {
     let mut words = line.split_whitespace();
-    let name = words.next().unwrap();
-    (name, words.map(|word| word.parse().unwrap()).collect())
+    let name = words.next().expect("a line has a name");
+    (
+        name,
+        words
+            .map(|word| word.parse().expect("numbers follow"))
+            .collect(),
+    )
 }
 
 #[test]

@@ -4,8 +4,8 @@ use landscape::energy::model::MullerBrown;
 use landscape::optimize::QuenchSettings;
 use landscape::sample::{Mala, Task, stream};
 use landscape::topography::{
-    ChainSettings, Evidence, MapSettings, MatchTolerance, Minimum, MinimumId, Run, build_landscape,
-    chain, distinct, quench_all,
+    Evidence, MapSettings, MatchTolerance, Minimum, MinimumId, Run, build_landscape, distinct,
+    quench_all,
 };
 use rand::RngExt;
 
@@ -119,55 +119,4 @@ fn a_minimum_left_out_is_found_on_the_way() {
     assert!((height + 40.6648435).abs() < 1e-5);
     assert_eq!(found.unlisted_minima.len(), 1);
     assert!((found.unlisted_minima[0].energy - between.energy).abs() < 1e-6);
-}
-
-#[test]
-fn a_chain_needs_force() {
-    let (energy, minima) = (MullerBrown::new(), minima());
-    let kernel = Mala::new(&energy);
-    let settings = ChainSettings {
-        temperature: 5.0,
-        arrival: 0.05,
-        step: 0.012,
-        patience: 500,
-        max_steps: 20_000,
-        ..ChainSettings::default()
-    };
-    let run = |ends: (&Minimum, &Minimum), force, id| {
-        let mut rng = stream(2, Task::AttractionDiffusion, id);
-        chain(
-            &energy,
-            &kernel,
-            ends,
-            force,
-            &settings,
-            (&QuenchSettings::default(), &MatchTolerance::default()),
-            f64::INFINITY,
-            &mut rng,
-        )
-    };
-    let (low, high) = (&minima[0], &minima[1]);
-    for id in 0..10 {
-        // Far below the threshold nothing arrives, well above it everything does (measured: 127 and 508).
-        assert!(!run((low, high), 30.0, id).arrived);
-        let up = run((low, high), 700.0, id);
-        assert!(up.arrived);
-        assert!(up.barrier > -40.67 && up.barrier < 40.0, "{}", up.barrier);
-        assert!((up.path.energies[up.path.energies.len() - 1] - high.energy).abs() < 1e-12);
-        assert!(up.path.height() <= up.barrier);
-    }
-    // A chain stops where it exceeds the bound.
-    let mut rng = stream(2, Task::AttractionDiffusion, 0);
-    let (descent, sameness) = (QuenchSettings::default(), MatchTolerance::default());
-    let stopped = chain(
-        &energy,
-        &kernel,
-        (low, high),
-        700.0,
-        &settings,
-        (&descent, &sameness),
-        -100.0,
-        &mut rng,
-    );
-    assert!(!stopped.arrived && stopped.barrier > -100.0);
 }

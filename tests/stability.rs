@@ -279,8 +279,6 @@ mod command {
     use std::path::Path;
     use std::process::Command;
 
-    use landscape::store::{GraspFile, Overrides};
-
     fn stability(file: &Path, arguments: &[&str]) -> (bool, String) {
         let run = Command::new(env!("CARGO_BIN_EXE_landscape"))
             .arg("stability")

@@ -92,8 +92,7 @@ fn planted_grasps_have_the_types_and_contacts_that_were_planted() {
     desk.succeed(&format!("{line} --threads 1 -q"));
     let again = files.each_ref().map(|name| desk.bytes(name));
     assert!(first == again, "the same bytes on every run");
-    let printed = desk.run(&format!("{line} --json -q"));
-    let printed: Value = serde_json::from_slice(&printed.stdout).unwrap();
+    let printed = desk.document(&format!("{line} --json -q"));
     assert_eq!(printed, found);
 }
 

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::Path;
 
 use crate::desk::{Desk, assert_says};
 use crate::{built, has_ending, held_grasps, landscape, names};
@@ -91,50 +90,6 @@ fn a_tiny_experiment() {
         &text("summary.md"),
         &["# 3 grasps of the human hand on ball", "minima"],
     );
-}
-
-#[test]
-fn a_finished_landscape_is_drawn_compared_and_exchanged() {
-    let desk = landscape();
-    let out = Desk::empty();
-    let folder = desk.path("g.landscape");
-    let whole = out.path("whole");
-    let line = format!("draw {} -o {}", folder.display(), whole.display());
-    out.succeed(&line);
-    let text = |path: &Path| fs::read_to_string(path).unwrap();
-    // Nothing hidden, nothing changed.
-    for name in ["tree.nwk", "tree.dot", "tree.json", "barriers.graphml"] {
-        assert_eq!(text(&folder.join(name)), text(&whole.join(name)), "{name}");
-    }
-    for name in [
-        "barriers.svg",
-        "barriers_minima.svg",
-        "disconnectivity.svg",
-        "disconnectivity_minima.svg",
-    ] {
-        assert_eq!(text(&folder.join(name)), text(&whole.join(name)), "{name}");
-    }
-    let told = out.document(&format!("diff {0} {0} --json", folder.display()));
-    let files = LandscapeFiles::read(&folder).unwrap();
-    assert_eq!(
-        told["matches"].as_array().unwrap().len(),
-        files.minima.len()
-    );
-    let merges = told["merges"].as_array().unwrap();
-    assert!(!merges.is_empty() && merges.iter().all(|merge| merge["before"] == merge["after"]));
-    assert_eq!(told["within"], 0.005);
-    out.add_database("data");
-    out.succeed("import data --no-report");
-    let read = out.landscape("data.landscape");
-    let energies = |files: &LandscapeFiles| -> Vec<u64> {
-        files
-            .minima
-            .iter()
-            .map(|row| row.energy.to_bits())
-            .collect()
-    };
-    assert_eq!(energies(&read), energies(&files));
-    assert_eq!(read.edges.len(), files.edges.len());
 }
 
 /// Groups are made at what it costs to put one phalanx on the object. Three grasps are too few to estimate unseen groups.

@@ -1,26 +1,7 @@
 //! Results do not depend on the number of threads or on interruptions. `tests/crashes` interrupts syntheses, maps and searches.
 
 use crate::desk::{Desk, assert_says};
-use crate::{PATIENT, STABILITY, SYNTH, grasps, held_grasps, names};
-use landscape::store::{GraspFile, Overrides};
-
-#[test]
-fn grasps_do_not_depend_on_threads() {
-    let desk = Desk::empty();
-    desk.succeed(&format!("{SYNTH} --threads 2 -o other.parquet"));
-    assert_eq!(desk.bytes("other.parquet"), grasps());
-    let (file, warnings) =
-        GraspFile::read(&desk.path("other.parquet"), Overrides::default()).unwrap();
-    assert_eq!(warnings, []);
-    assert_eq!(
-        file.grasps.iter().map(|grasp| grasp.id).collect::<Vec<_>>(),
-        [0, 1, 2, 3, 4, 5]
-    );
-    assert_eq!(
-        file.metadata.command,
-        "landscape synth --object ball -n 6 --steps 1 --seed 1 --keep all"
-    );
-}
+use crate::{PATIENT, STABILITY, held_grasps, names};
 
 /// The error advises to keep other grasps or to run more chains. Both must work and reuse the finished chains.
 #[test]

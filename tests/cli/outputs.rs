@@ -73,23 +73,6 @@ fn nothing_is_overwritten_that_was_not_made_here() {
     }
 }
 
-/// What these commands made themselves, they make again.
-#[test]
-fn tables_of_landscapes_are_made_again() {
-    let desk = Desk::empty();
-    desk.succeed("surface muller-brown -q --no-report -o s.landscape");
-    for line in [
-        "rates s.landscape --from m1 --to m0 --temperature 20 -o rates",
-        "thermodynamics s.landscape -o t",
-        "draw s.landscape",
-    ] {
-        desk.succeed(line);
-        let first = contents(desk.folder.path());
-        desk.succeed(line);
-        assert!(contents(desk.folder.path()) == first, "{line}");
-    }
-}
-
 #[test]
 fn an_output_is_no_input() {
     let desk = desk();

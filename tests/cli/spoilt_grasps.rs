@@ -13,19 +13,6 @@ use landscape::store::GraspRow;
 use serde_json::{Value, json};
 
 #[test]
-fn not_a_number() {
-    let sentence = Desk::refusal(|parts| {
-        let mut values = parts.floats("energy");
-        values[2] = f64::NAN;
-        parts.set("energy", Float64Array::from(values))
-    });
-    assert_says(
-        &sentence,
-        &["spoilt.parquet, row 2", "`energy` contains NaN"],
-    );
-}
-
-#[test]
 fn joint_beyond_its_limit_as_published() {
     let (name, [_, upper]) = first_joint();
     let desk = Desk::with_grasps();
@@ -231,20 +218,6 @@ fn measures_that_are_not_those_of_the_poses_are_computed_anew() {
             "landscape stability",
         ],
     );
-}
-
-/// A table that passed through another program unchanged is read without a word.
-#[test]
-fn an_unchanged_table_of_another_program_is_as_good() {
-    let desk = Desk::with_grasps();
-    Parts::of(&desk.path("g.parquet")).write(&desk.path("same.parquet"));
-    assert_eq!(desk.succeed("label same.parquet -q -o a.parquet"), "");
-    desk.succeed("label g.parquet -q -o b.parquet");
-    let [one, other] = ["a.parquet", "b.parquet"].map(|name| desk.grasps(name));
-    assert_eq!(one.grasps, other.grasps);
-    let output = desk.run("inspect same.parquet");
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(!said.contains("warning"), "{said}");
 }
 
 /// The file with its metadata changed.

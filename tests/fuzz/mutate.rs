@@ -7,7 +7,7 @@ use rand::RngExt;
 const LONGEST: usize = 1 << 20;
 
 /// Replacements of a number in a text.
-const NUMBERS: &str = "0 -1 1 nan inf -inf 1e308 -1e308 1e-320 1e999 -0 4294967295 2147483648 18446744073709551616 0x10 ";
+const NUMBERS: &str = "0 1e-300 1e-30 1e30 1e155 -1 1 nan inf -inf 1e308 -1e308 1e-320 1e999 -0 4294967295 2147483648 18446744073709551616 0x10 ";
 
 /// Replacements of a word in a binary file.
 const WORDS: [u64; 10] = [

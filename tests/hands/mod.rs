@@ -30,15 +30,8 @@ fn folders_are_hands() {
         .map(|entry| entry.file_name().into_string().unwrap())
         .collect();
     folders.sort();
-    assert_eq!(
-        folders,
-        [
-            "gripper_parallel",
-            "gripper_three_finger",
-            "human",
-            "human_thumbless"
-        ]
-    );
+    let expected = "gripper_parallel gripper_three_finger human human_thumbless";
+    assert_eq!(folders.join(" "), expected);
     for name in folders {
         assert!(HAND_NAMES.contains(&name.as_str()), "{name}");
         for file in HandFiles::named(&name).unwrap().files {
@@ -299,14 +292,9 @@ fn regions_lie_where_their_names_say() {
                 _ => {}
             }
         }
-        for patch in [
-            "proximal.pad",
-            "proximal.back",
-            "proximal.radial",
-            "proximal.ulnar",
-            "distal.pad",
-            "distal.tip",
-        ] {
+        let patches =
+            "proximal.pad proximal.back proximal.radial proximal.ulnar distal.pad distal.tip";
+        for patch in patches.split(' ') {
             let name = format!("{finger}.{patch}");
             assert!(hand.regions.contains(&name), "no {name}");
         }

@@ -7,6 +7,7 @@ use std::fmt::Write;
 use crate::described::described;
 use crate::published::{DEX_URDF, REFERENCES};
 use crate::table::assert_says;
+use crate::toy_hand::{joint, link};
 use landscape::hand::{HAND_NAMES, Hand, HandFiles, PosedHand};
 use nalgebra::Vector3;
 
@@ -38,27 +39,6 @@ const THREE: [Digit; 3] = [
     digit("two", "-0.04 -0.025 0.02", "0 1 0"),
     digit("thumb", "0.04 0 0.02", "0 -1 0"),
 ];
-
-/// A joint in URDF from `parent` to `child`.
-fn joint(
-    name: &str,
-    kind: &str,
-    [parent, child]: [&str; 2],
-    place: &str,
-    axis: &str,
-    [low, high]: [f64; 2],
-) -> String {
-    format!(
-        "<joint name=\"{name}\" type=\"{kind}\"><parent link=\"{parent}\"/><child link=\"{child}\"/><origin xyz=\"{place}\"/>\
-         <axis xyz=\"{axis}\"/><limit lower=\"{low}\" upper=\"{high}\" effort=\"1\" velocity=\"1\"/></joint>"
-    )
-}
-
-fn link(name: &str, size: &str, middle: &str) -> String {
-    format!(
-        "<link name=\"{name}\"><collision><origin xyz=\"{middle}\"/><geometry><box size=\"{size}\"/></geometry></collision></link>"
-    )
-}
 
 /// The palm and its digits in URDF, without the element around them.
 fn body(digits: &[Digit]) -> String {

@@ -17,9 +17,10 @@ fn bad_descriptions_are_named() {
                 panic!("{joint}")
             };
             let more = words.get(4).unwrap_or(&"");
-            text += &format!(
+            let joint = format!(
                 r#"<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>{more}</joint>"#
             );
+            text += &joint;
         }
         described(&(text + "</robot>"), None)
             .unwrap_err()
@@ -127,14 +128,14 @@ fn other_formats_are_named() {
         std::fs::write(&path, text).unwrap();
         HandFiles::load(&path).unwrap_err().to_string()
     };
-    let cases = r##"
+    let cases = r#"
         hand.usd | PXR-USDC | USD is not read: export the hand as URDF or MJCF
         hand.usda | #usda 1.0 | USD is not read
         hand.sdf | <sdf/> | SDF is not read
         hand.mjb | x | mj_saveLastXML
         hand.xacro | <robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename="a.xacro"/><link name="a"/></robot> | `xacro hand.xacro > hand.urdf`
         undeclared.urdf.xacro | <robot><xacro:finger/></robot> | `xacro undeclared.urdf.xacro > undeclared.urdf`
-    "##;
+    "#;
     for case in rows(cases).chain([vec!["hand.urdf", POINTER, "git lfs pull"]]) {
         let [name, text, words] = case[..] else {
             panic!("{case:?}")

@@ -9,18 +9,14 @@ use arrow_array::types::Float64Type;
 use arrow_array::{Array, ArrayRef, RecordBatch};
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use parquet::basic::Compression;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 
 pub(crate) struct Parts {
     pub(crate) columns: Vec<(String, ArrayRef)>,
     pub(crate) metadata: Option<String>,
-    /// Attributes of a data frame of pandas.
-    pub(crate) attributes: Option<String>,
     /// The checksum as another program may keep it, although it no longer fits.
     checksum: Option<String>,
-    pub(crate) compression: Compression,
 }
 
 impl Parts {
@@ -49,9 +45,7 @@ impl Parts {
         Self {
             columns,
             metadata,
-            attributes: None,
             checksum,
-            compression: Compression::UNCOMPRESSED,
         }
     }
 
@@ -91,14 +85,12 @@ impl Parts {
         .unwrap();
         let pairs = [
             ("landscape", self.metadata),
-            ("PANDAS_ATTRS", self.attributes),
             ("landscape_checksum", self.checksum),
         ];
         let pairs = pairs
             .into_iter()
             .filter_map(|(key, text)| Some(KeyValue::new(key.into(), text?)));
         let properties = WriterProperties::builder()
-            .set_compression(self.compression)
             .set_key_value_metadata(Some(pairs.collect()))
             .build();
         let mut writer = ArrowWriter::try_new(

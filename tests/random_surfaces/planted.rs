@@ -104,7 +104,6 @@ impl Energy for Bent {
 /// What the map says of a merge, and whether it is the lowest.
 struct Judged {
     lower: f64,
-    uncertainty: f64,
     /// How much too high it is.
     above: f64,
 }
@@ -178,7 +177,6 @@ fn judged(id: u64) -> Vec<Judged> {
             );
             Some(Judged {
                 lower: searched.lower,
-                uncertainty: searched.uncertainty,
                 above,
             })
         })
@@ -197,7 +195,6 @@ fn check(surfaces: std::ops::Range<u64>) {
             .iter()
             .filter(|merge| merge.lower > low && merge.lower <= high);
         let within: Vec<&Judged> = within.collect();
-        let count = within.len() as f64;
         let told: f64 = within.iter().map(|merge| merge.lower).sum();
         let spread: f64 = within
             .iter()
@@ -205,15 +202,6 @@ fn check(surfaces: std::ops::Range<u64>) {
             .sum::<f64>()
             .sqrt();
         let false_ones = within.iter().filter(|merge| merge.above > SAME).count();
-        let beyond = within
-            .iter()
-            .filter(|merge| merge.above > merge.uncertainty + SAME)
-            .count();
-        let largest = within.iter().map(|merge| merge.above).fold(0.0, f64::max);
-        println!(
-            "chance {low} to {high}: {count} merges, lower ways told {told:.1}, exist {false_ones}, above by more than the \
-             uncertainty {beyond}, largest {largest:.2}"
-        );
         if false_ones as f64 > told + 2.0 * spread + 1.0 {
             complaints.push(format!("{low} to {high}"));
         }

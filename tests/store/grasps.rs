@@ -3,16 +3,14 @@
 use std::fs;
 use std::sync::Arc;
 
-use crate::store::{
-    besides_the_seal, file, grasp, hand, object, of, overrides, place, read, with_joints,
-};
+use crate::store::{besides_the_seal, file, grasp, hand, of, overrides, place, read, with_joints};
 use arrow_array::types::{Float64Type, Int32Type};
 use arrow_array::{
     DictionaryArray, Float32Array, Int32Array, Int64Array, LargeListArray, ListArray, NullArray,
 };
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use landscape::store::{GraspRow, HandMetadata, ObjectMetadata, Overrides, Warning};
+use landscape::store::{GraspRow, HandMetadata, Overrides, Warning};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 #[test]
@@ -247,47 +245,6 @@ fn a_file_of_others_needs_hand_and_object() {
     let (found, _) = foreign().read(overrides()).unwrap();
     assert_eq!(found.grasps, file(2).grasps);
     assert_eq!(found.metadata.terms, ["force_closure", "distance"]);
-}
-
-/// A given hand or object of another name replaces the only one in the file.
-#[test]
-fn overrides_of_another_name() {
-    let only_cup = |scale: f64| {
-        let mut written = file(2);
-        written.metadata.objects.truncate(1);
-        written.grasps[1].scale = scale;
-        of(&written)
-    };
-    let teapot = || Overrides {
-        hand: None,
-        object: Some(ObjectMetadata {
-            name: "teapot".into(),
-            content_hash: "teapot".into(),
-            ..object("cup")
-        }),
-    };
-    let (found, warnings) = only_cup(1.0).read(teapot()).unwrap();
-    let names: Vec<&str> = found.grasps.iter().map(|row| &*row.object).collect();
-    assert_eq!(names, ["teapot", "teapot"]);
-    assert_eq!(found.metadata.objects.len(), 1);
-    assert_eq!(found.metadata.objects[0].name, "teapot");
-    let expected = Warning::OtherObject {
-        told: "cup".into(),
-        given: "teapot".into(),
-    };
-    assert_eq!(warnings, [expected]);
-    assert_eq!(
-        found.grasps[1].grasp.contacts,
-        file(2).grasps[1].grasp.contacts
-    );
-
-    let refused = only_cup(0.5).read(teapot()).unwrap_err().to_string();
-    let reason =
-        "cannot scale `teapot`: the grasps are of `cup` at scale 0.5. Give an object called `cup`";
-    assert!(refused.contains(reason), "{refused}");
-    let refused = of(&file(2)).read(teapot()).unwrap_err().to_string();
-    let reason = "object `teapot` is not one of those that the file describes (`cup`, `bowl`)";
-    assert!(refused.contains(reason), "{refused}");
 }
 
 #[test]

@@ -1,6 +1,4 @@
-//! A small hand in URDF: a thumb and four fingers of two phalanges each, all boxes.
-
-use std::fmt::Write;
+//! Hands of boxes in URDF, among them a thumb and four fingers of two phalanges each.
 
 /// The fingers in order from the thumb, and their offset toward it, metres.
 const FINGERS: [(&str, f64); 4] = [
@@ -13,106 +11,57 @@ const FINGERS: [(&str, f64); 4] = [
 /// The URDF text. With a half palm, ring and little finger are on a movable part of the palm that comes first in the file,
 /// as in the Schunk SVH hand.
 pub(crate) fn toy_hand(half_palm: bool) -> String {
-    let mut text = String::from("<robot name=\"toy\">\n");
-    // The half palm takes its half of the palm.
-    let (width, middle) = if half_palm {
-        (0.045, 0.0175)
-    } else {
-        (0.08, 0.0)
+    let bend = |name: &str, links: [&str; 2], place: &str, axis: &str, upper: f64| {
+        joint(name, "revolute", links, place, axis, [0.0, upper])
     };
-    link(&mut text, "palm", [width, 0.1, 0.02], [middle, -0.05, 0.0]);
-    if half_palm {
-        joint(
-            &mut text,
-            "hollow",
-            ["palm", "half"],
-            [-0.02, -0.06, 0.0],
-            [0, 1, 0],
-            0.4,
-        );
-        link(&mut text, "half", [0.03, 0.05, 0.018], [0.0, 0.03, 0.001]);
-    }
+    // The half palm takes its half of the palm.
+    let mut text = if half_palm {
+        let palm = link("palm", "0.045 0.1 0.02", "0.0175 -0.05 0");
+        let hollow = bend("hollow", ["palm", "half"], "-0.02 -0.06 0", "0 1 0", 0.4);
+        palm + &hollow + &link("half", "0.03 0.05 0.018", "0 0.03 0.001")
+    } else {
+        link("palm", "0.08 0.1 0.02", "0 -0.05 0")
+    };
     for (name, x) in FINGERS {
-        let on_half = half_palm && x < 0.0;
-        let (carrier, shift) = if on_half {
-            ("half", [0.02, 0.06])
+        let (carrier, base) = if half_palm && x < 0.0 {
+            ("half", format!("{} 0.06 0", x + 0.02))
         } else {
-            ("palm", [0.0, 0.0])
+            ("palm", format!("{x} 0 0"))
         };
-        let base = [x + shift[0], shift[1], 0.0];
-        let one = format!("{name}_1");
-        joint(
-            &mut text,
-            &format!("{name}_knuckle"),
-            [carrier, &one],
-            base,
-            [1, 0, 0],
-            1.6,
-        );
-        link(&mut text, &one, [0.014, 0.04, 0.014], [0.0, 0.022, 0.0]);
-        let two = format!("{name}_2");
-        joint(
-            &mut text,
-            &format!("{name}_bend"),
-            [&one, &two],
-            [0.0, 0.045, 0.0],
-            [1, 0, 0],
-            1.6,
-        );
-        link(&mut text, &two, [0.014, 0.03, 0.014], [0.0, 0.017, 0.0]);
+        let [one, two] = ["1", "2"].map(|number| format!("{name}_{number}"));
+        let knuckle = format!("{name}_knuckle");
+        text += &bend(&knuckle, [carrier, &one], &base, "1 0 0", 1.6);
+        text += &link(&one, "0.014 0.04 0.014", "0 0.022 0");
+        let middle = format!("{name}_bend");
+        text += &bend(&middle, [&one, &two], "0 0.045 0", "1 0 0", 1.6);
+        text += &link(&two, "0.014 0.03 0.014", "0 0.017 0");
     }
-    joint(
-        &mut text,
-        "thumb_base",
-        ["palm", "thumb_1"],
-        [0.045, -0.07, 0.0],
-        [0, 0, 1],
-        1.0,
-    );
-    link(
-        &mut text,
-        "thumb_1",
-        [0.035, 0.016, 0.016],
-        [0.02, 0.0, 0.0],
-    );
-    joint(
-        &mut text,
-        "thumb_bend",
-        ["thumb_1", "thumb_2"],
-        [0.04, 0.0, 0.0],
-        [0, 0, 1],
-        1.2,
-    );
-    link(
-        &mut text,
-        "thumb_2",
-        [0.03, 0.016, 0.016],
-        [0.017, 0.0, 0.0],
-    );
-    text + "</robot>\n"
+    let [one, two] = ["thumb_1", "thumb_2"];
+    text += &bend("thumb_base", ["palm", one], "0.045 -0.07 0", "0 0 1", 1.0);
+    text += &link(one, "0.035 0.016 0.016", "0.02 0 0");
+    text += &bend("thumb_bend", [one, two], "0.04 0 0", "0 0 1", 1.2);
+    text += &link(two, "0.03 0.016 0.016", "0.017 0 0");
+    format!("<robot name=\"toy\">{text}</robot>")
 }
 
-fn link(text: &mut String, name: &str, size: [f64; 3], [x, y, z]: [f64; 3]) {
-    let [a, b, c] = size;
-    let _ = writeln!(
-        text,
-        "<link name=\"{name}\"><collision><origin xyz=\"{x} {y} {z}\"/><geometry><box size=\"{a} {b} {c}\"/></geometry>\
-         </collision></link>"
-    );
+/// A link that is a box of these sides about `middle`.
+pub(crate) fn link(name: &str, sides: &str, middle: &str) -> String {
+    format!(
+        "<link name=\"{name}\"><collision><origin xyz=\"{middle}\"/><geometry><box size=\"{sides}\"/></geometry></collision></link>"
+    )
 }
 
-fn joint(
-    text: &mut String,
+/// A joint from `parent` to `child`.
+pub(crate) fn joint(
     name: &str,
+    kind: &str,
     [parent, child]: [&str; 2],
-    [x, y, z]: [f64; 3],
-    [i, j, k]: [i32; 3],
-    upper: f64,
-) {
-    let _ = writeln!(
-        text,
-        "<joint name=\"{name}\" type=\"revolute\"><parent link=\"{parent}\"/><child link=\"{child}\"/>\
-         <origin xyz=\"{x} {y} {z}\"/><axis xyz=\"{i} {j} {k}\"/>\
-         <limit lower=\"0\" upper=\"{upper}\" effort=\"1\" velocity=\"1\"/></joint>"
-    );
+    place: &str,
+    axis: &str,
+    [low, high]: [f64; 2],
+) -> String {
+    format!(
+        "<joint name=\"{name}\" type=\"{kind}\"><parent link=\"{parent}\"/><child link=\"{child}\"/><origin xyz=\"{place}\"/>\
+         <axis xyz=\"{axis}\"/><limit lower=\"{low}\" upper=\"{high}\" effort=\"1\" velocity=\"1\"/></joint>"
+    )
 }

@@ -2,7 +2,7 @@
 
 #[path = "../../pickled/mod.rs"]
 mod pickled;
-pub(crate) mod samples;
+mod samples;
 
 use std::fs::{self, File};
 use std::path::Path;
@@ -205,7 +205,7 @@ pub(crate) fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
     ]
 }
 
-pub(crate) fn told<T, E: std::fmt::Display>(result: Result<T, E>) -> Result<(), String> {
+fn told<T, E: std::fmt::Display>(result: Result<T, E>) -> Result<(), String> {
     result.map(|_| ()).map_err(|error| error.to_string())
 }
 
@@ -213,15 +213,18 @@ pub(crate) fn told<T, E: std::fmt::Display>(result: Result<T, E>) -> Result<(), 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, default)]
 #[derive(Default)]
-pub(crate) struct Experiment {
-    pub(crate) energy: EnergySettings,
-    pub(crate) synthesis: SynthesisSettings,
+struct Experiment {
+    energy: EnergySettings,
+    synthesis: SynthesisSettings,
 }
 
 /// Poses a hand that was read.
 fn posed(hand: Result<Hand, HandError>) -> Result<(), String> {
     let hand = hand.map_err(|error| error.to_string())?;
-    hand.pose(&hand.rest_coordinates(), &mut PosedHand::default());
+    let mut posed = PosedHand::default();
+    hand.pose(&hand.rest_coordinates(), &mut posed);
+    let finite = posed.points.iter().flatten().all(|x| x.is_finite());
+    assert!(finite, "a point is lost");
     Ok(())
 }
 
@@ -275,7 +278,7 @@ fn published(kind: &str, bytes: &[u8], folder: &Path) -> Result<(), String> {
     told(exchange::read(&path, &joints(), &Mapping::default()))
 }
 
-pub(crate) fn settings<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
+fn settings<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
     toml_text::parse(&String::from_utf8_lossy(bytes)).map_err(|error| error.to_string())
 }
 
