@@ -276,6 +276,7 @@ fn protocols_are_read_as_they_are_written_and_checked() {
 
 #[cfg(feature = "cli")]
 mod command {
+    use landscape::store::{GraspFile, Overrides};
     use std::path::Path;
     use std::process::Command;
 

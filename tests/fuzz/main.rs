@@ -9,6 +9,7 @@
 #![cfg(feature = "cli")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
+mod magnitudes;
 mod mutate;
 mod readers;
 

@@ -2,7 +2,7 @@
 
 #[path = "../../pickled/mod.rs"]
 mod pickled;
-mod samples;
+pub(crate) mod samples;
 
 use std::fs::{self, File};
 use std::path::Path;
@@ -205,7 +205,7 @@ pub(crate) fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
     ]
 }
 
-fn told<T, E: std::fmt::Display>(result: Result<T, E>) -> Result<(), String> {
+pub(crate) fn told<T, E: std::fmt::Display>(result: Result<T, E>) -> Result<(), String> {
     result.map(|_| ()).map_err(|error| error.to_string())
 }
 
@@ -213,9 +213,9 @@ fn told<T, E: std::fmt::Display>(result: Result<T, E>) -> Result<(), String> {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, default)]
 #[derive(Default)]
-struct Experiment {
-    energy: EnergySettings,
-    synthesis: SynthesisSettings,
+pub(crate) struct Experiment {
+    pub(crate) energy: EnergySettings,
+    pub(crate) synthesis: SynthesisSettings,
 }
 
 /// Poses a hand that was read.
@@ -278,7 +278,7 @@ fn published(kind: &str, bytes: &[u8], folder: &Path) -> Result<(), String> {
     told(exchange::read(&path, &joints(), &Mapping::default()))
 }
 
-fn settings<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
+pub(crate) fn settings<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
     toml_text::parse(&String::from_utf8_lossy(bytes)).map_err(|error| error.to_string())
 }
 
