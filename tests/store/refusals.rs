@@ -104,21 +104,14 @@ fn rows_that_cannot_be_used_are_refused() {
 
 #[test]
 fn the_reader_names_row_and_column() {
-    let spoilt = |name: &str, row: usize, value: f64| {
-        let parts = of(&file(4));
-        let mut values = parts.floats(name);
-        values[row] = value;
-        parts.set(name, Float64Array::from(values)).refusal()
-    };
     let row =
         |row: usize, text: &str| format!("grasps.parquet, row {row} (the first is 0): {text}");
-    assert_eq!(
-        spoilt("epsilon", 3, f64::NAN),
-        row(
-            3,
-            "column `epsilon` contains NaN, which is not a finite number"
-        )
-    );
+    let parts = of(&file(4));
+    let mut values = parts.floats("epsilon");
+    values[3] = f64::NAN;
+    let refused = parts.set("epsilon", Float64Array::from(values)).refusal();
+    let expected = "column `epsilon` contains NaN, which is not a finite number";
+    assert_eq!(refused, row(3, expected));
 
     let set = |name: &str, array: ArrayRef| of(&file(2)).set(name, array).refusal();
     let lists = |rows: [&[f64]; 2]| -> ArrayRef {
