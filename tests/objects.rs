@@ -122,14 +122,6 @@ fn fields_of_our_objects_match_the_exact_distance() {
 }
 
 #[test]
-#[ignore = "two minutes: bakes every object"]
-fn fields_of_all_objects_match_the_exact_distance() {
-    for name in OBJECT_NAMES {
-        assert_field_is_accurate(name, &read(name).0);
-    }
-}
-
-#[test]
 fn a_named_object_is_whole() {
     let ball = Object::named("ball").unwrap();
     assert!((ball.centroid - Vector3::new(0.0, 0.0, 0.035)).norm() < 1e-6);

@@ -127,6 +127,5 @@ fn pairs_joined_at_the_bottom_are_skipped_and_the_tree_is_the_same() {
             tried(&whole) - tried(&pruned)
         })
         .collect();
-    println!("skipped: {skipped:?}");
     assert!(skipped.iter().sum::<usize>() > 24);
 }

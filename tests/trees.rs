@@ -250,22 +250,6 @@ fn views_are_drawn() {
     desk.print("draw t.landscape --min-members 1000000 -o none");
     assert_eq!(desk.tree("none"), Tree::default());
 
-    // Tables of another landscape.
-    desk.print("surface double-well 2 0.1 -q -o other.landscape");
-    let tables = ["t", "other"].map(|name| desk.path(name).with_extension("landscape"));
-    let [own, other] = tables.map(|folder| folder.join("edges.parquet"));
-    let edges = fs::read(&own).unwrap();
-    fs::copy(other, &own).unwrap();
-    for line in [
-        "draw t.landscape -o mixed",
-        "diff other.landscape t.landscape",
-    ] {
-        let said = desk.mistake(line);
-        assert!(said.contains("edges.parquet does not belong"), "{said}");
-    }
-    assert!(!desk.path("mixed").exists());
-    fs::write(&own, edges).unwrap();
-
     for (line, said) in [
         ("draw t.landscape --pick m9", "m0 to m8"),
         ("draw t.landscape --pick first", "m0 or m17"),

@@ -24,15 +24,9 @@ fn a_tiny_experiment() {
     );
     let text = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
     for name in found.iter().filter(|name| has_ending(name, "svg")) {
-        let svg = text(name);
-        assert!(svg.starts_with("<svg") && svg.contains("<text"), "{name}");
-        assert_says(&svg, &["3 grasps, human hand on ball"]);
-    }
-    for name in found.iter().filter(|name| has_ending(name, "png")) {
-        assert!(
-            fs::read(folder.join(name))
-                .unwrap()
-                .starts_with(b"\x89PNG\r\n")
+        assert_says(
+            &text(name),
+            &["<svg", "<text", "3 grasps, human hand on ball"],
         );
     }
 
@@ -58,29 +52,6 @@ fn a_tiny_experiment() {
         .flat_map(|row| row.members.clone())
         .collect();
     assert_eq!(members.into_iter().collect::<Vec<_>>(), [0, 1, 2]);
-    for edge in &files.edges {
-        let floor = [edge.a, edge.b]
-            .map(|id| files.minima[usize::try_from(id).unwrap()].energy)
-            .into_iter()
-            .fold(f64::NEG_INFINITY, f64::max);
-        let height = edge.height.expect("every pair on a ball can be joined");
-        assert!(
-            height >= floor - 1e-9,
-            "a pass lies above both of its minima"
-        );
-        let top = files
-            .paths
-            .iter()
-            .filter(|row| (row.a, row.b) == (edge.a, edge.b))
-            .map(|row| row.energy)
-            .fold(f64::NEG_INFINITY, f64::max);
-        assert!(
-            top <= height + 1e-9,
-            "the path {} {} passes below its height",
-            edge.a,
-            edge.b
-        );
-    }
     let tree = text("tree.nwk");
     for minimum in &files.minima {
         assert!(tree.contains(&format!("m{}", minimum.id)), "{tree}");

@@ -107,18 +107,8 @@ fn a_mixed_file_holds_several_landscapes() {
 #[test]
 fn absent_columns_have_defaults() {
     let mut parts = of(&file(2));
-    for name in [
-        "id",
-        "hand",
-        "scale",
-        "label",
-        "stable",
-        "label_auto",
-        "label_score",
-        "epsilon",
-        "friction",
-        "source",
-    ] {
+    let names = "id hand scale label stable label_auto label_score epsilon friction source";
+    for name in names.split(' ') {
         parts = parts.without(name);
     }
     let (found, _) = parts
