@@ -8,6 +8,7 @@ mod depth;
 mod described;
 mod failures;
 mod force_closure;
+mod force_closure_estimate;
 mod grasp_energy;
 mod grasp_layer;
 mod hand_files;

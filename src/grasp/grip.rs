@@ -38,7 +38,7 @@ impl Grip {
 /// Relative frequencies of the grips of a population. A hand without a thumb has no grips of some fingers only: its fingers
 /// do not oppose each other one by one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(deny_unknown_fields, default)]
 pub struct GripShares {
     /// Palm and all digits.
     pub whole: f64,

@@ -84,6 +84,12 @@ impl Valley {
         SearchSettings::measured(self, &|rng: &mut Rng| self.draw(rng), seed)
     }
 
+    /// The same valley in these units of energy and length.
+    pub(crate) fn with_units(mut self, units: [f64; 2]) -> Self {
+        self.units = units;
+        self
+    }
+
     pub(crate) fn search(&self, seed: u64) -> Exploration {
         self.search_with(&self.settings(seed))
     }

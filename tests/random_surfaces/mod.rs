@@ -18,6 +18,7 @@ use rayon::prelude::*;
 use self::flood::{Flood, Merges};
 use self::surface::Surface;
 
+mod detour;
 mod flood;
 mod planted;
 mod surface;

@@ -12,7 +12,7 @@ use landscape::topography::{
 use rand::RngExt;
 use rayon::prelude::*;
 
-use super::{Surface, search};
+use super::{Surface, detour, search};
 
 /// Modes of the plane surfaces: about twelve minima.
 const MODES: i32 = 3;
@@ -102,10 +102,11 @@ impl Energy for Bent {
 }
 
 /// What the map says of a merge, and whether it is the lowest.
-struct Judged {
-    lower: f64,
+pub(super) struct Judged {
+    pub(super) lower: f64,
+    pub(super) uncertainty: f64,
     /// How much too high it is.
-    above: f64,
+    pub(super) above: f64,
 }
 
 /// The merges of the map of a surface.
@@ -177,6 +178,7 @@ fn judged(id: u64) -> Vec<Judged> {
             );
             Some(Judged {
                 lower: searched.lower,
+                uncertainty: searched.uncertainty,
                 above,
             })
         })
@@ -187,7 +189,7 @@ fn judged(id: u64) -> Vec<Judged> {
 const BINS: [(f64, f64); 4] = [(0.0, 0.05), (0.05, 0.15), (0.15, 0.4), (0.4, 1.0)];
 
 /// The table of reliability: a merge is told right if a lower way exists as often as its chance says.
-fn check(surfaces: std::ops::Range<u64>) {
+fn check(surfaces: std::ops::Range<u64>, judged: impl Fn(u64) -> Vec<Judged> + Sync + Send) {
     let all: Vec<Judged> = surfaces.into_par_iter().flat_map_iter(judged).collect();
     let mut complaints = Vec::new();
     for (low, high) in BINS {
@@ -195,6 +197,7 @@ fn check(surfaces: std::ops::Range<u64>) {
             .iter()
             .filter(|merge| merge.lower > low && merge.lower <= high);
         let within: Vec<&Judged> = within.collect();
+        let count = within.len() as f64;
         let told: f64 = within.iter().map(|merge| merge.lower).sum();
         let spread: f64 = within
             .iter()
@@ -202,6 +205,15 @@ fn check(surfaces: std::ops::Range<u64>) {
             .sum::<f64>()
             .sqrt();
         let false_ones = within.iter().filter(|merge| merge.above > SAME).count();
+        let beyond = within
+            .iter()
+            .filter(|merge| merge.above > merge.uncertainty + SAME)
+            .count();
+        let largest = within.iter().map(|merge| merge.above).fold(0.0, f64::max);
+        println!(
+            "chance {low} to {high}: {count} merges, lower ways told {told:.1}, exist {false_ones}, above by more than the \
+             uncertainty {beyond}, largest {largest:.2}"
+        );
         if false_ones as f64 > told + 2.0 * spread + 1.0 {
             complaints.push(format!("{low} to {high}"));
         }
@@ -214,11 +226,16 @@ fn check(surfaces: std::ops::Range<u64>) {
 
 #[test]
 fn support_is_worth_what_it_says() {
-    check(0..16);
+    check(0..16, judged);
 }
 
 #[test]
 #[ignore = "minutes: 200 surfaces"]
 fn support_is_worth_what_it_says_on_many_surfaces() {
-    check(16..216);
+    check(16..216, judged);
+}
+
+#[test]
+fn searches_find_detours_that_lead_away() {
+    check(0..6, detour::judged);
 }

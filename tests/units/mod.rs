@@ -2,6 +2,7 @@
 //! 10⁶, has the same points, the same tree and the same claims.
 
 mod scaled;
+mod stiff;
 
 use landscape::energy::model::Surface;
 use landscape::sample::Rng;

@@ -18,7 +18,7 @@ pub const AUTHORS_UNIT_M: f64 = 0.12;
 /// go. Lengths of depths are in units of the object's radius. Experiment files change single values; see
 /// `data/experiments/`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(deny_unknown_fields, default)]
 pub struct EnergySettings {
     /// The elastic layer of the hand.
     pub layer: LayerSettings,

@@ -8,7 +8,7 @@ use crate::limits::{ENERGY_SETTING, LAYER_SETTING, Limit, PATCH_SPACING, SHARE, 
 /// Settings of the energy of an elastic layer. A file sets those that `landscape config synth` prints. Lengths are those of a hand, in metres. The compliance of a hand that has let
 /// go is its weight, by default 1; its reach, pose and limits come on top of that.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(deny_unknown_fields, default)]
 pub struct LayerSettings {
     /// Weight of the compliance under test loads.
     pub compliance_weight: f64,

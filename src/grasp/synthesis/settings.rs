@@ -7,7 +7,7 @@ use crate::limits::{Beyond, STEPS};
 
 /// Settings of a synthesis chain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(deny_unknown_fields, default)]
 pub struct SynthesisSettings {
     /// Greatest number of descents, each of which is an attempt from a new start. All start with the palm at the same point
     /// of the object. The first whose end passes the strict filter ends the chain; otherwise the end of least energy counts.
