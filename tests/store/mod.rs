@@ -30,7 +30,7 @@ fn hand() -> HandMetadata {
     HandMetadata {
         name: "two fingers".into(),
         joint_names: vec!["left".into(), "right".into()],
-        limits_rad: vec![[-0.3, 1.0 / 3.0], [f64::NEG_INFINITY, f64::INFINITY]],
+        limits: vec![[-0.3, 1.0 / 3.0], [f64::NEG_INFINITY, f64::INFINITY]],
         surface_points: 40,
         surface_hash: "4567".into(),
         description: vec![TextFile {

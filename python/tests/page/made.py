@@ -89,7 +89,7 @@ def landscape(folder, count, families, **manifest):
     Up to 1,000 minima, all connections have paths; else only those between families.
     """
     table, told, rng = grasps(), metadata(), np.random.default_rng(3)
-    poses = np.hstack([np.stack(table[name].to_numpy()) for name in ("translation_m", "rotation_wxyz", "joints_rad")])
+    poses = np.hstack([np.stack(table[name].to_numpy()) for name in ("translation_m", "rotation_wxyz", "joints")])
     energies = table["energy"].to_numpy()
     copied = np.arange(count) >= len(energies)
     of = np.arange(count) % len(energies)

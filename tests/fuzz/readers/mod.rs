@@ -140,7 +140,7 @@ pub(crate) fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
             fs::write(&path, bytes).unwrap();
             let joints: Vec<String> = (0..22).map(|joint| format!("j{joint}")).collect();
             let mapping = Mapping {
-                joints: Some(JointColumns::List("joints_rad".to_owned())),
+                joints: Some(JointColumns::List("joints".to_owned())),
                 ..Mapping::default()
             };
             told(exchange::read(&path, &joints, &mapping))
