@@ -450,8 +450,9 @@ class Grasps:
         ``strict``, ``published`` (Eq. 11 of Liu et al. 2021 as printed), ``released`` (as in the authors' code): whether the
         grasp passes; ``objection``: the first reason why the strict filter refuses it; ``gap_m``, ``deepest_m``,
         ``self_penetration_m`` (metres), ``joint_excess`` (radians; metres for sliding joints), ``least_friction``,
-        ``epsilon``, ``net_wrench``, ``digits``, ``contacts`` (dictionaries with ``point``, the index of the surface point, ``link``, its name, and ``distance_m``, the
-        signed distance from the mesh), and more. Friction is exact; ε is that of :attr:`epsilon`.
+        ``epsilon``, ``net_wrench``, ``digits``, ``contacts`` (dictionaries with ``point``, the index of the surface point,
+        ``link``, its name, and ``distance_m``, the signed distance from the mesh), and more. Friction is exact; ε is that
+        of :attr:`epsilon`.
         """
         columns = self._native.judge()
         columns["contacts"] = [
