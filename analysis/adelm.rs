@@ -25,7 +25,7 @@ use landscape::study::{
     map_surface, search_surface,
 };
 use landscape::topography::{
-    GroupSettings, Landscape, MatchTolerance, Minimum, SearchSettings, TreeDifference, in_box,
+    FamilySettings, Landscape, MatchTolerance, Minimum, SearchSettings, TreeDifference, in_box,
 };
 use serde::{Deserialize, Serialize};
 
@@ -108,7 +108,7 @@ fn surface(system: &str, words: &[&str]) -> Result<Comparison, Box<dyn Error>> {
         known: &[],
         pair: None,
     };
-    let passes = search_surface(&subject, &search, &GroupSettings::of_saddles(), &run)?;
+    let passes = search_surface(&subject, &search, &FamilySettings::of_saddles(), &run)?;
     let starts: Vec<Vec<f64>> = (0..POINTS)
         .map(|id| draw(&mut stream(0, Task::Start, id)))
         .collect();

@@ -107,7 +107,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "# What the map depends on\n\n`cargo run --release --example sensitivity {count}`: {count} grasps of {GRASPS}, taken in turn \
          from each category and those of none, mapped anew under each change. Depth: height of a merge above the shallower \
          side's lowest minimum.\n\n\
-         | change | grasps | minima | groups | median merge depth |\n|---|---|---|---|---|\n"
+         | change | grasps | minima | families | median merge depth |\n|---|---|---|---|---|\n"
     );
     for (number, change) in changes.iter().enumerate() {
         text += &row(change, &grasps, &format!("{FOLDER}/{count}_{number}"))?;
@@ -132,7 +132,7 @@ fn row(change: &Change, chosen: &GraspFile, stem: &str) -> Result<String, Box<dy
         change.name(),
         count("grasps"),
         count("minima"),
-        count("groups"),
+        count("families"),
         depth.map_or("–".to_owned(), |depth| format!("{depth:.3}")),
     ))
 }

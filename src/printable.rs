@@ -45,7 +45,7 @@ pub(crate) fn counted(count: usize, noun: &str) -> String {
     }
 }
 
-/// How many there are and their names: `there is 1 group, g0`, `there are 3 minima, m0 to m2`.
+/// How many there are and their names: `there is 1 family, g0`, `there are 3 minima, m0 to m2`.
 #[cfg(feature = "cli")]
 pub(crate) fn numbered(count: usize, noun: &str, letter: char) -> String {
     let counted = counted(count, noun);
@@ -119,7 +119,7 @@ mod tests {
                 "0 families"
             ]
         );
-        assert_eq!(numbered(1, "group", 'g'), "there is 1 group, g0");
+        assert_eq!(numbered(1, "family", 'g'), "there is 1 family, g0");
         assert_eq!(numbered(3, "minimum", 'm'), "there are 3 minima, m0 to m2");
     }
 

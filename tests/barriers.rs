@@ -84,9 +84,9 @@ fn angles_wrap() {
 
 /// All properties of a map that could differ.
 fn fingerprint(found: &Landscape) -> String {
-    let (tree, groups) = (&found.tree, &found.groups);
+    let (tree, families) = (&found.tree, &found.families);
     format!(
-        "{:?}{:?}{tree:?}{groups:?}",
+        "{:?}{:?}{tree:?}{families:?}",
         found.network, found.connections
     )
 }

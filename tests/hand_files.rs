@@ -63,7 +63,7 @@ fn hands_move_as_in_mujoco() {
             .zip(reference["joint_range"].as_array().unwrap())
         {
             let joint = &hand.joints[hand.joint(name).unwrap()];
-            for (limit, told) in joint.limits_rad.iter().zip(numbers(range)) {
+            for (limit, told) in joint.limits.iter().zip(numbers(range)) {
                 assert!(
                     (limit - told).abs() < 1e-9,
                     "{description}: limits of {name}"
@@ -112,7 +112,7 @@ fn mirrored_hands_are_mirror_images() {
         let mut x = right.rest_coordinates();
         x[..7].copy_from_slice(&[0.1, -0.2, 0.3, 0.5, 0.1, -0.7, 0.2]);
         for (i, (q, joint)) in x[7..].iter_mut().zip(&right.joints).enumerate() {
-            let [lower, upper] = joint.limits_rad;
+            let [lower, upper] = joint.limits;
             *q = lower + (upper - lower) * (0.37 * (i + 1) as f64).fract();
         }
         let mut of_left = x.clone();
@@ -188,8 +188,8 @@ fn the_derived_side_file_says_it_all() {
                 .map(|(a, b)| (a - b).abs())
                 .fold(0.0, f64::max)
         };
-        assert!(off(&again.prior.rest_rad, &hand.prior.rest_rad) < 1e-12);
-        assert!(off(&again.prior.deviations_rad, &hand.prior.deviations_rad) < 1e-12);
+        assert!(off(&again.prior.rest, &hand.prior.rest) < 1e-12);
+        assert!(off(&again.prior.deviations, &hand.prior.deviations) < 1e-12);
         assert!((again.palm.volar - hand.palm.volar).norm() < 1e-12);
         let (ours, theirs) = (again.pose_metric(), hand.pose_metric());
         assert!(
@@ -284,7 +284,7 @@ fn a_forearm_is_no_palm() {
     let extent = |hand: &Hand| hand.pose_metric().radius_of_gyration_m;
     assert!((extent(&hand) / extent(&alone) - 1.0).abs() < 0.2);
 
-    let mut joints = hand.prior.rest_rad.clone();
+    let mut joints = hand.prior.rest.clone();
     assert!((hand.palm_at(&joints).volar - hand.palm.volar).norm() < 1e-12);
     let wrist = hand.joint("WRJ1").unwrap();
     joints[wrist] += 0.3;

@@ -94,11 +94,11 @@ fn joints_and_bodies_are_as_in_mujoco() {
         .collect();
     assert_eq!(names, ["a1", "c1", "b1", "b2"]);
     assert_eq!(hand.joints[2].kind, JointKind::Slide);
-    assert!((hand.joints[3].limits_rad[1] - 20f64.to_radians()).abs() < 1e-15);
+    assert!((hand.joints[3].limits[1] - 20f64.to_radians()).abs() < 1e-15);
     // a2 = ref + 0.1 + a1 / 2 stays between -40° and 80°, which leaves a1 less.
     let lower = 2.0 * (-40f64.to_radians() - 15f64.to_radians() - 0.1);
     let upper = 2.0 * (80f64.to_radians() - 15f64.to_radians() - 0.1);
-    let [low, high] = hand.joints[0].limits_rad;
+    let [low, high] = hand.joints[0].limits;
     assert!((low - lower.max(-40f64.to_radians())).abs() < 1e-12);
     assert!((high - upper.min(80f64.to_radians())).abs() < 1e-12);
     assert_eq!(

@@ -3,7 +3,7 @@
 use landscape::energy::{Energy, FunctionOn};
 use landscape::space::Euclidean;
 use landscape::topography::{
-    self, Doubt, Exploration, GroupSettings, SearchSettings, explore, in_box,
+    self, Doubt, Exploration, FamilySettings, SearchSettings, explore, in_box,
 };
 
 /// Searches from random points of the square of side 2 `half`, with several seeds.
@@ -319,7 +319,7 @@ fn saddles_where_several_valleys_meet_are_one_each() {
                 assert_eq!(saddle.audit.duplicate_of, (k > 0).then_some(0));
                 assert!(saddle.energy.abs() < 1e-9);
             }
-            let landscape = found.landscape(energy, &GroupSettings::default());
+            let landscape = found.landscape(energy, &FamilySettings::default());
             assert_eq!(landscape.tree.roots.len(), 1);
             // The estimate of what is missing knows it as one saddle, not as several that are met equally often.
             let coverage = &found.coverage;

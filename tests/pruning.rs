@@ -68,7 +68,7 @@ fn raw_chains_stop_early_and_the_tree_is_the_same() {
                     seed: id,
                 };
                 settings.sameness.energy = energy_tolerance;
-                // A weak pull at first: many groups, and a tree of many representatives.
+                // A weak pull at first: many families, and a tree of many representatives.
                 settings.chain.force *= 0.1;
                 settings.chain.escalation = 4.0;
                 settings.chain.replicas = 2;
@@ -77,7 +77,7 @@ fn raw_chains_stop_early_and_the_tree_is_the_same() {
             let tolerance = scales.sameness.energy;
             let (whole, pruned) = (run(false, tolerance), run(true, tolerance));
             assert_eq!(
-                whole.landscape.groups.members, pruned.landscape.groups.members,
+                whole.landscape.families.members, pruned.landscape.families.members,
                 "surface {id}"
             );
             let count = minima.len();
@@ -93,10 +93,11 @@ fn raw_chains_stop_early_and_the_tree_is_the_same() {
             ]
         })
         .collect();
-    let [groups, whole, pruned] = [0, 1, 2].map(|k| spent.iter().map(|row| row[k]).sum::<usize>());
-    println!("{groups} groups on 24 surfaces; {pruned} evaluations instead of {whole}");
+    let [families, whole, pruned] =
+        [0, 1, 2].map(|k| spent.iter().map(|row| row[k]).sum::<usize>());
+    println!("{families} families on 24 surfaces; {pruned} evaluations instead of {whole}");
     // Or the test would say nothing.
-    assert!(groups > 72 && pruned < whole);
+    assert!(families > 72 && pruned < whole);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use landscape::energy::model::{LennardJones, Surface, named};
 use landscape::energy::{Energy, FunctionOn};
 use landscape::space::Euclidean;
 use landscape::topography::{
-    AuditSettings, Exploration, GroupSettings, Journal, Landscape, MemoryJournal, MinimumId, Run,
+    AuditSettings, Exploration, FamilySettings, Journal, Landscape, MemoryJournal, MinimumId, Run,
     SearchSettings, Verdict, audit, explore, in_box,
 };
 use serde_json::Value;
@@ -26,7 +26,7 @@ fn explored_from(surface: &Surface, seed: u64) -> (Exploration, Landscape) {
     let settings = SearchSettings::measured(energy, &draw, seed);
     let found = explore(energy, &draw, &settings, &Run::default()).unwrap();
     check_audits(energy, &found);
-    let landscape = found.landscape(energy, &GroupSettings::default());
+    let landscape = found.landscape(energy, &FamilySettings::default());
     (found, landscape)
 }
 

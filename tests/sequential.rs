@@ -1,4 +1,4 @@
-//! Sequential ADELM groups minima as published.
+//! Sequential ADELM makes families of minima as published.
 
 use landscape::energy::model::MullerBrown;
 use landscape::optimize::QuenchSettings;
@@ -22,7 +22,7 @@ fn published_surface() {
     )
     .unwrap();
     let (minima, _) = distinct(&energy, &found, &MatchTolerance::default(), 1e-6);
-    let groups = |force| {
+    let families = |force| {
         let scales = SequentialSettings::for_scales(50.0, 1.0);
         let settings = SequentialSettings {
             chain: ChainSettings {
@@ -35,13 +35,13 @@ fn published_surface() {
             ..scales
         };
         let found = sequential(&energy, &kernel, &minima, &settings, &Run::default()).unwrap();
-        (found.landscape.groups.members.len(), found)
+        (found.landscape.families.members.len(), found)
     };
-    let (one, all) = groups(1000.0);
+    let (one, all) = families(1000.0);
     assert_eq!(one, 1);
     let ids = |ids: &[usize]| ids.iter().map(|id| MinimumId(*id)).collect::<Vec<_>>();
-    let (_, some) = groups(2.0);
-    assert_eq!(some.landscape.groups.members, [ids(&[0]), ids(&[1, 2])]);
+    let (_, some) = families(2.0);
+    assert_eq!(some.landscape.families.members, [ids(&[0]), ids(&[1, 2])]);
     // Upper bounds, up to the length of a step.
     let height = all
         .landscape

@@ -99,7 +99,7 @@ fn what_touches_touches_and_nothing_is_inside() {
         let deepest = distances.iter().copied().fold(0.0, f64::min);
         assert!(deepest > -DEEPEST_M, "{id} is {deepest} m deep");
         for (joint, q) in hand.joints.iter().zip(&x[7..]) {
-            let [low, high] = joint.limits_rad;
+            let [low, high] = joint.limits;
             assert!(
                 (low - 0.03..=high + 0.03).contains(q),
                 "{id}: {}",

@@ -62,7 +62,7 @@ fn gltf(path: &Path) -> Value {
     serde_json::from_slice(&bytes[20..20 + length as usize]).unwrap()
 }
 
-/// Types of two landscapes side by side, and their groups at separate barriers and at a common one.
+/// Types of two landscapes side by side, and their families at separate barriers and at a common one.
 fn compared(desk: &Desk) {
     desk.print("compare one.landscape two.landscape -o both -q");
     let both = desk.json("both.json");
@@ -80,20 +80,20 @@ fn compared(desk: &Desk) {
     assert_says(&report, &["one.landscape", "two.landscape", "of 17 cells"]);
     let barriers = ["one", "two"].map(|name| {
         let files = desk.landscape(&format!("{name}.landscape"));
-        files.manifest.group_barrier.unwrap()
+        files.manifest.family_barrier.unwrap()
     });
     let note = "numbers cannot be compared";
     assert_eq!(
         report.contains(note),
         barriers[0].to_bits() != barriers[1].to_bits()
     );
-    // At one barrier their groups can be; at an endless one there are no more than before.
-    let line = "compare one.landscape two.landscape --group-barrier 1e9 -o same -q";
+    // At one barrier their families can be; at an endless one there are no more than before.
+    let line = "compare one.landscape two.landscape --family-barrier 1e9 -o same -q";
     desk.print(line);
     let same = desk.json("same.json");
-    assert_eq!(same["group_barriers"], serde_json::json!([1e9, 1e9]));
-    let groups = |told: &Value| told["groups"][0].as_u64().unwrap();
-    assert!(groups(&same) <= groups(&both));
+    assert_eq!(same["family_barriers"], serde_json::json!([1e9, 1e9]));
+    let families = |told: &Value| told["families"][0].as_u64().unwrap();
+    assert!(families(&same) <= families(&both));
     let report = desk.text("same.md");
     assert!(!report.contains(note));
 }
@@ -188,7 +188,7 @@ fn mistakes_about_ways_are_told() {
         ("inspect one.landscape --path m0 m99", "m99"),
         ("inspect one.landscape --path m0 x", "(m3)"),
         ("inspect one.landscape --path m0 m0", "the same minimum"),
-        ("inspect one.landscape --path g99 m0", "no such group"),
+        ("inspect one.landscape --path g99 m0", "no such family"),
         ("draw one.landscape --examples 0", "--examples 0"),
     ] {
         assert_says(&desk.mistake(line), &[said]);

@@ -146,7 +146,7 @@ pub(crate) fn judge(cases: &[Case], rule: &Rule, noise: Noise) -> Result<Vec<Out
             let mut random = stream(noise.seed, Task::Start, noise.copies * index as u64 + copy);
             for (angle, joint) in x[7..].iter_mut().zip(&hand.joints) {
                 let step: f64 = StandardNormal.sample(&mut random);
-                let [lower, upper] = joint.limits_rad;
+                let [lower, upper] = joint.limits;
                 // Some fixtures are a hair beyond a limit: without noise nothing moves.
                 if noise.joints_rad > 0.0 {
                     *angle = (*angle + noise.joints_rad * step).clamp(lower, upper);

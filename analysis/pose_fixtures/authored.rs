@@ -168,8 +168,8 @@ impl Rough {
     }
 
     /// Joint angles, radians.
-    pub(crate) fn joints_rad(&self, hand: &Hand) -> Result<Vec<f64>, String> {
-        let mut joints = hand.prior.rest_rad.clone();
+    pub(crate) fn joints(&self, hand: &Hand) -> Result<Vec<f64>, String> {
+        let mut joints = hand.prior.rest.clone();
         for (digit, degrees) in &self.deg {
             let own: Vec<usize> = (0..hand.joints.len())
                 .filter(|&j| hand.joints[j].name.starts_with(&format!("{digit}_")))
@@ -190,7 +190,7 @@ impl Rough {
 
     /// Pose of the object in the hand's frame before closing.
     pub(crate) fn hand_from_object(&self, hand: &Hand) -> Result<Isometry3<f64>, String> {
-        let joints = self.joints_rad(hand)?;
+        let joints = self.joints(hand)?;
         let mut coordinates = vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
         coordinates.extend(&joints);
         let mut posed = PosedHand::default();

@@ -129,7 +129,7 @@ impl Closing<'_> {
             self.hand.capsules[a].radius_m + self.hand.capsules[b].radius_m - apart
         });
         let beyond = self.hand.joints.iter().zip(joints_of(x)).map(|(joint, q)| {
-            let [low, high] = joint.limits_rad;
+            let [low, high] = joint.limits;
             (low - q).max(q - high)
         });
         Fit {
@@ -245,7 +245,7 @@ impl Closing<'_> {
             let off = (x[7 + j] - self.rough[7 + j]) / scale;
             *energy += off * off;
             gradient[j] += 2.0 * off / scale;
-            let [low, high] = joint.limits_rad;
+            let [low, high] = joint.limits;
             let beyond = (x[7 + j] - high).max(0.0) + (x[7 + j] - low).min(0.0);
             *energy += 1e5 * beyond * beyond;
             gradient[j] += 2e5 * beyond;

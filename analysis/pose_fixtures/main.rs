@@ -61,7 +61,7 @@ fn pose(
         .as_ref()
         .ok_or_else(|| said("no object".into()))?;
     let shape = Union(parts.iter().flat_map(authored::Part::primitives).collect());
-    let joints = rough.joints_rad(hand).map_err(said)?;
+    let joints = rough.joints(hand).map_err(said)?;
     let object_from_hand = rough.hand_from_object(hand).map_err(said)?.inverse();
     let start = pose_coordinates(&object_from_hand, &joints);
     let touch = rough.touch.clone().unwrap_or_default();
@@ -105,7 +105,7 @@ fn pose(
             translation_m: std::array::from_fn(|k| round(pose[k])),
             rotation_wxyz: pose.rotation_wxyz(),
         },
-        joints_rad: names.zip(pose.joints().iter().map(|&q| round(q))).collect(),
+        joints: names.zip(pose.joints().iter().map(|&q| round(q))).collect(),
         touching: touch,
     };
     Ok((fixture, fit))

@@ -374,7 +374,7 @@ fn columns_of<'py>(py: Python<'py>, judged: &[JudgedGrasp]) -> PyResult<Bound<'p
         ("gap_m", |row| row.judgement.gap_m),
         ("deepest_m", |row| row.judgement.deepest_m),
         ("self_penetration_m", |row| row.judgement.self_penetration_m),
-        ("joint_excess_rad", |row| row.judgement.joint_excess_rad),
+        ("joint_excess", |row| row.judgement.joint_excess),
         ("least_friction", |row| {
             row.judgement.least_friction.unwrap_or(f64::NAN)
         }),

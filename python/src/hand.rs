@@ -83,8 +83,8 @@ impl Hand {
     }
 
     #[getter]
-    fn limits_rad<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let limits = self.hand.joints.iter().flat_map(|joint| joint.limits_rad);
+    fn limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let limits = self.hand.joints.iter().flat_map(|joint| joint.limits);
         table(py, limits.collect(), 2)
     }
 

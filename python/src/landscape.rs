@@ -129,8 +129,11 @@ impl Folder {
         let width = rows().next().map_or(0, |row| row.coordinates.len());
         columns.set_item("energy", column(py, rows().map(|row| row.energy).collect()))?;
         columns.set_item(
-            "group",
-            column(py, rows().map(|row| row.group as i64).collect::<Vec<i64>>()),
+            "family",
+            column(
+                py,
+                rows().map(|row| row.family as i64).collect::<Vec<i64>>(),
+            ),
         )?;
         let flat = rows().flat_map(|row| row.coordinates.iter().copied());
         columns.set_item("coordinates", table(py, flat.collect(), width)?)?;

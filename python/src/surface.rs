@@ -15,7 +15,7 @@ use landscape::study::{
     search_surface,
 };
 use landscape::topography::{
-    GroupSettings, GuardedJournal, LowestSettings, Run, Scales, SearchSettings, probe_size,
+    FamilySettings, GuardedJournal, LowestSettings, Run, Scales, SearchSettings, probe_size,
 };
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -75,7 +75,7 @@ pub(crate) struct Search {
     #[pyo3(item)]
     budget_s: Option<f64>,
     #[pyo3(item)]
-    group_barrier: Option<f64>,
+    family_barrier: Option<f64>,
     #[pyo3(item)]
     neighbours: Option<usize>,
 }
@@ -221,9 +221,9 @@ impl Parts {
         let mut subject = shown.clone();
         subject.energy = energy;
         (subject.low, subject.high) = (low.clone(), high.clone());
-        let groups = GroupSettings {
-            barrier: search.group_barrier,
-            ..GroupSettings::default()
+        let families = FamilySettings {
+            barrier: search.family_barrier,
+            ..FamilySettings::default()
         };
         let how = SurfaceSearch {
             settings: &settings,
@@ -231,7 +231,7 @@ impl Parts {
             known: &known,
             pair: None,
         };
-        let searched = search_surface(&subject, &how, &groups, &run);
+        let searched = search_surface(&subject, &how, &families, &run);
         watch.clear();
         self.asked.check()?;
         let mut searched = searched?;
@@ -290,7 +290,7 @@ impl Parts {
             |settings| {
                 settings.seed = search.seed;
                 settings.neighbours = search.neighbours.unwrap_or(settings.neighbours);
-                settings.groups.barrier = search.group_barrier;
+                settings.families.barrier = search.family_barrier;
             },
             &run,
         );

@@ -34,7 +34,7 @@ def test_readme_of_the_project():
     names: dict = {}
     (block,) = blocks("README.md")
     exec(compile(block, "README.md", "exec"), names)
-    assert names["grasps"].joints_rad.shape[1] == 22
+    assert names["grasps"].joints.shape[1] == 22
 
 
 def test_readme():

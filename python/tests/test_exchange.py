@@ -36,7 +36,7 @@ def test_a_mirrored_hand_is_named(bottle, grasps, tmp_path):
 def test_a_table_of_another_form_needs_a_mapping(hand, bottle, grasps, tmp_path):
     rows = [
         {"t": (100 * t).tolist(), "q": q.tolist(), "angles": np.degrees(joints).tolist()}
-        for t, q, joints in zip(grasps.translation_m, grasps.rotation("xyzw"), grasps.joints_rad)
+        for t, q, joints in zip(grasps.translation_m, grasps.rotation("xyzw"), grasps.joints)
     ]
     file, mapping = tmp_path / "mine.json", tmp_path / "mapping.toml"
     file.write_text(json.dumps(rows))
@@ -56,8 +56,8 @@ def test_a_table_of_another_form_needs_a_mapping(hand, bottle, grasps, tmp_path)
 
 def test_a_doubt_is_a_warning(hand, bottle, grasps, tmp_path):
     rows = [
-        {"translation_m": t.tolist(), "rotation_wxyz": q.tolist(), "joints_rad": joints.tolist()}
-        for t, q, joints in zip(grasps.translation_m, grasps.rotation("xyzw"), grasps.joints_rad)
+        {"translation_m": t.tolist(), "rotation_wxyz": q.tolist(), "joints": joints.tolist()}
+        for t, q, joints in zip(grasps.translation_m, grasps.rotation("xyzw"), grasps.joints)
     ]
     file = tmp_path / "mine.json"
     file.write_text(json.dumps(rows))
@@ -68,7 +68,7 @@ def test_a_doubt_is_a_warning(hand, bottle, grasps, tmp_path):
 def test_qpos_is_position_quaternion_and_joints(grasps, tmp_path):
     rows = np.load(grasps.export(tmp_path / "q.npy", format="qpos"))
     assert rows.shape == (6, 29)
-    assert np.sort(rows[:, 7:], axis=1) == pytest.approx(np.sort(grasps.joints_rad, axis=1), abs=1e-12)
+    assert np.sort(rows[:, 7:], axis=1) == pytest.approx(np.sort(grasps.joints, axis=1), abs=1e-12)
     header, first, *_ = grasps.export(tmp_path / "q.csv", format="qpos").read_text().splitlines()
     assert header.startswith("id,x,y,z,qw")
     assert [float(x) for x in first.split(",")] == pytest.approx([0, *rows[0]])
@@ -97,6 +97,6 @@ def test_published_grasps_are_read(test_data):
     assert sorted({scale for *_, scale, _ in found.populations}) == pytest.approx([0.06, 0.08, 0.1, 0.12, 0.15])
     names = [name.split(":")[-1] for name in hand.joint_names]
     rows = {tuple(np.round([row["qpos"][f"WRJT{axis}"] for axis in "xyz"], 6)): row["qpos"] for row in given}
-    for translation, joints in zip(found.translation_m, found.joints_rad):
+    for translation, joints in zip(found.translation_m, found.joints):
         row = rows[tuple(np.round(translation, 6))]
         assert joints == pytest.approx([row[f"robot0:{name}"] for name in names], abs=1e-6)

@@ -308,8 +308,8 @@ def test_wrong_arguments_are_told():
         ({"searches": 0}, "searches 0: .* from 1"),
         ({"patience": 0}, "patience 0: .* from 1"),
         ({"threads": 1025}, "threads 1025: .* to 1024"),
-        ({"group_barrier": -0.1}, "group_barrier -0.1: a finite number, 0 or more"),
-        ({"group_barrier": float("nan")}, "group_barrier nan"),
+        ({"family_barrier": -0.1}, "family_barrier -0.1: a finite number, 0 or more"),
+        ({"family_barrier": float("nan")}, "family_barrier nan"),
         ({"budget_s": "long"}, "budget_s 'long': a number"),
         ({"hessian": 3}, "hessian: a function of a point is needed, not int"),
     ],
@@ -345,7 +345,7 @@ def test_wrong_points_and_spaces_are_told():
 
 
 def test_numbers_of_numpy_are_numbers():
-    one = ls.explore("muller-brown", seed=np.int64(0), group_barrier=np.float32(0.5))
+    one = ls.explore("muller-brown", seed=np.int64(0), family_barrier=np.float32(0.5))
     assert one.rates([np.int64(1)], 0, np.float32(20))["at"] == one.rates([1], ["m0"], 20.0)["at"]
     assert one.tree.merge_height(np.int64(0), np.int32(1)) == one.tree.merge_height(0, 1)
     many = ls.explore(camel, ls.Euclidean(np.int64(2)), box=CAMEL_BOX, threads=np.int8(1), searches=np.uint16(40))

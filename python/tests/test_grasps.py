@@ -10,7 +10,7 @@ import landscape as ls
 
 
 def test_columns_are_views(grasps):
-    assert len(grasps) == 6 and grasps.poses.shape == (6, 29) and grasps.joints_rad.shape == (6, 22)
+    assert len(grasps) == 6 and grasps.poses.shape == (6, 29) and grasps.joints.shape == (6, 22)
     assert grasps.translation_m.base is not None, "a view"
     with pytest.raises(ValueError, match="read-only"):
         grasps.poses[0, 0] = 1
@@ -39,7 +39,7 @@ def test_arrays_and_back(hand, bottle, grasps):
     for form in ("wxyz", "xyzw", "matrix"):
         mine = ls.Grasps.from_arrays(
             hand, bottle, translation_m=grasps.translation_m, rotation=grasps.rotation(form), rotation_form=form,
-            joints_rad=grasps.joints_rad,
+            joints=grasps.joints,
         )
         assert mine.poses == pytest.approx(grasps.poses, abs=1e-9), form
         assert mine.energy == pytest.approx(grasps.energy, rel=1e-6, abs=1e-9)
@@ -84,7 +84,7 @@ def test_a_mask_may_choose_no_grasp(hand, bottle, grasps):
     none = grasps[grasps.energy > np.inf]
     assert len(none) == len(none.to_pandas()) == len(none.to_polars()) == none.judge().rows == 0 and "0 grasps" in repr(none)
     assert list(none.to_pandas()) == list(grasps.to_pandas())
-    assert none.poses.shape == (0, 29) and none.joints_rad.shape == (0, 22)
+    assert none.poses.shape == (0, 29) and none.joints.shape == (0, 22)
     energy, gradient, terms = ls.Energy(hand, bottle)(none)
     assert energy.shape == (0,) and gradient.shape == (0, 28) and all(term.shape == (0,) for term in terms.values())
 
@@ -138,7 +138,7 @@ def test_errors_are_those_of_the_command_line(tmp_path):
     with pytest.raises(ls.InputError, match="has no mean|length 2"):
         ls.Grasps.from_arrays(
             ls.Hand("human"), ls.Object("ball"), translation_m=[[0, 0, 0.1]], rotation=[[2, 0, 0, 0]], rotation_form="wxyz",
-            joints_rad=np.zeros((1, 22)),
+            joints=np.zeros((1, 22)),
         )
 
 
@@ -155,7 +155,7 @@ def test_errors_are_those_of_the_command_line(tmp_path):
 def test_wrong_arrays_are_told(hand, bottle, grasps, given, words):
     usual = dict(
         hand=hand, object=bottle, translation_m=grasps.translation_m[:1], rotation=grasps.rotation_wxyz[:1],
-        rotation_form="wxyz", joints_rad=grasps.joints_rad[:1],
+        rotation_form="wxyz", joints=grasps.joints[:1],
     )
     assert len(ls.Grasps.from_arrays(**usual, contacts=[np.array([3, 5, 9])])) == 1
     with pytest.raises(ls.InputError, match=words):

@@ -77,10 +77,10 @@ def test_urdf_is_read_by_mujoco(held, tmp_path):
     rng = np.random.default_rng(0)
     for _ in range(5):
         pose = hand.rest_pose
-        pose[7:] = rng.uniform(*hand.limits_rad.T)
+        pose[7:] = rng.uniform(*hand.limits.T)
         for name, angle in zip(hand.joint_names, pose[7:]):
             state.qpos[model.joint(name).qposadr[0]] = angle
-            assert model.joint(name).range == pytest.approx(hand.limits_rad[hand.joint_names.index(name)])
+            assert model.joint(name).range == pytest.approx(hand.limits[hand.joint_names.index(name)])
         for name, (leader, multiplier, offset) in followers.items():
             angle = multiplier * state.qpos[model.joint(leader).qposadr[0]] + offset
             state.qpos[model.joint(name).qposadr[0]] = angle

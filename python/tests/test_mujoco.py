@@ -83,7 +83,7 @@ def test_links_of_a_published_hand(test_data):
     rng = np.random.default_rng(0)
     for _ in range(5):
         pose = hand.rest_pose
-        pose[7:] = rng.uniform(*hand.limits_rad.T)
+        pose[7:] = rng.uniform(*hand.limits.T)
         for name, angle in zip(hand.joint_names, pose[7:]):
             state.qpos[model.joint(name).qposadr[0]] = angle
         mujoco.mj_forward(model, state)

@@ -16,7 +16,7 @@ bar = ls.Object(files / "bar.obj", scale=0.001)
 
 # What was derived: look at it before you trust the grasps.
 print(hand, "with the digits", hand.digits)
-for name, (low, high) in zip(hand.joint_names, hand.limits_rad):
+for name, (low, high) in zip(hand.joint_names, hand.limits):
     print(f"  {name}: {low:.2f} to {high:.2f} rad")
 print(f"{bar}: {1000 * bar.radius_m:.0f} mm from its centre to its farthest corner, {1000 * bar.mass_kg:.0f} g")
 for note in [*hand.notes, *bar.notes]:

@@ -92,7 +92,7 @@ pub fn mantel(
 /// ```
 ///
 /// P. E. Smouse, J. C. Long and R. R. Sokal, Syst. Zool. 35, 627 (1986); B is permuted. Z is a possible cause of a false
-/// agreement: the energy gap, the distance of poses, the sizes of groups. Pairs unknown in any matrix are left out.
+/// agreement: the energy gap, the distance of poses, the sizes of families. Pairs unknown in any matrix are left out.
 ///
 /// # Panics
 /// If the matrices or the blocks have different cases.

@@ -6,7 +6,7 @@ use clap::{Args, ValueHint};
 use super::provenance::Provenance;
 use crate::limits::{Limit, THREADS};
 use crate::printable::numbered;
-use crate::topography::{GroupSettings, MinimumId, PairSearch};
+use crate::topography::{FamilySettings, MinimumId, PairSearch};
 
 /// Flags of every subcommand.
 #[derive(Debug, Args)]
@@ -88,32 +88,32 @@ pub(super) struct WithPage {
     pub(super) no_report: bool,
 }
 
-/// The greatest barrier within a group.
+/// The greatest barrier within a family.
 #[derive(Debug, Clone, Copy, Args)]
-pub(super) struct GroupBarrier {
-    /// Put minima that are joined by a relative barrier of at most E, in units of the energy, into one group. (The energy of
-    /// grasps is in units of the cost of letting go.) The groups of two landscapes are comparable only at the
+pub(super) struct FamilyBarrier {
+    /// Put minima that are joined by a relative barrier of at most E, in units of the energy, into one family. (The energy of
+    /// grasps is in units of the cost of letting go.) The families of two landscapes are comparable only at the
     /// same E.
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
-    pub(super) group_barrier: Option<f64>,
+    pub(super) family_barrier: Option<f64>,
 }
 
-impl GroupBarrier {
+impl FamilyBarrier {
     /// Returns the given barrier if it is valid.
     pub(super) fn checked(self) -> anyhow::Result<Option<f64>> {
-        if let Some(barrier) = self.group_barrier {
+        if let Some(barrier) = self.family_barrier {
             anyhow::ensure!(
                 barrier.is_finite() && barrier >= 0.0,
-                "--group-barrier {barrier}: a number in units of the energy is needed, 0 or more"
+                "--family-barrier {barrier}: a number in units of the energy is needed, 0 or more"
             );
         }
-        Ok(self.group_barrier)
+        Ok(self.family_barrier)
     }
 
-    pub(super) fn settings(self) -> GroupSettings {
-        GroupSettings {
-            barrier: self.group_barrier,
-            ..GroupSettings::default()
+    pub(super) fn settings(self) -> FamilySettings {
+        FamilySettings {
+            barrier: self.family_barrier,
+            ..FamilySettings::default()
         }
     }
 }

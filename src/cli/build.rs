@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 
-use super::args::{Again, Common, GroupBarrier, HandAndObject, WithPage, pair_named, within};
+use super::args::{Again, Common, FamilyBarrier, HandAndObject, WithPage, pair_named, within};
 use super::input;
 use super::output::{check_inputs, check_place};
 use super::provenance::name_of;
@@ -60,7 +60,7 @@ pub(super) struct Build {
     #[arg(long, num_args = 2, value_names = ["FROM", "TO"], requires = "onto")]
     connect: Option<Vec<String>>,
     #[command(flatten)]
-    groups: GroupBarrier,
+    families: FamilyBarrier,
     /// Map only the grasps that held in simulation (column `stable` of `landscape stability`).
     #[arg(long)]
     only_stable: bool,
@@ -84,7 +84,7 @@ pub(super) enum Search {
     /// By relaxed paths over verified passes, and independent attraction–diffusion searches for lower ways across every merge.
     Passes,
     /// By attraction–diffusion alone, as published (sequential ADELM): minima are assigned one by one, in the order of the
-    /// file, to the group with the lowest raw barrier. Every barrier is an upper bound, and the result depends on the order.
+    /// file, to the family with the lowest raw barrier. Every barrier is an upper bound, and the result depends on the order.
     Adelm,
 }
 
@@ -102,7 +102,7 @@ Examples:
   landscape build data/grasps.parquet                      writes data/grasps.landscape/
   landscape build mug.parquet --neighbours 12 -o mug.landscape
   landscape build mug.parquet --search adelm               the published method alone, for comparison
-  landscape build mug.parquet --group-barrier 0.1          groups as another landscape has them at 0.1
+  landscape build mug.parquet --family-barrier 0.1         families as another landscape has them at 0.1
   landscape build more.parquet --onto mug.landscape        adds grasps to a finished landscape: writes more.landscape/
   landscape build mug.landscape/grasps.parquet --onto mug.landscape --connect m3 m17 -o better.landscape
                                                            further searches for a lower way between two minima
@@ -114,9 +114,9 @@ which the landscape is explored in a browser (double-click it; --no-report leave
 where it stopped when the same command is given again; --resume demands this, and --fresh starts over. The result is the
 same to the last byte.
 
-The first line counts different grasps, which are the minima of the energy, and families, which are groups of them. Two minima
-are in one group if a path joins them whose relative barrier is at most the group barrier. For grasps of synth, this
-barrier is what it costs to put one resting phalanx on the object, in every landscape: within a group, no more than one
+The first line counts different grasps, which are the minima of the energy, and families, which are sets of them. Two minima
+are in one family if a path joins them whose relative barrier is at most the family barrier. For grasps of synth, this
+barrier is what it costs to put one resting phalanx on the object, in every landscape: within a family, no more than one
 phalanx at a time comes or goes.";
 
 pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
@@ -125,7 +125,7 @@ pub(super) fn run(command: &Build, common: &Common) -> anyhow::Result<()> {
             within(&format!("--{flag}"), ENERGY_SCALE, value)?;
         }
     }
-    command.groups.checked()?;
+    command.families.checked()?;
     if let Some(first @ 0..2) = command.first {
         anyhow::bail!("--first {first}: a landscape needs at least two grasps");
     }
@@ -253,12 +253,12 @@ fn settings(
     let map = &mut settings.map;
     map.seed = command.seed.unwrap_or(map.seed);
     map.neighbours = command.neighbours.unwrap_or(map.neighbours);
-    map.groups.barrier = command.groups.group_barrier.or(map.groups.barrier);
+    map.families.barrier = command.families.family_barrier.or(map.families.barrier);
     let search = command.search.map_or(settings.search, Into::into);
     if search == MapSearch::Adelm {
         anyhow::ensure!(
-            command.groups.group_barrier.is_none(),
-            "--group-barrier: the burn-in of `adelm` makes the groups; leave it out, or map with `--search passes`"
+            command.families.family_barrier.is_none(),
+            "--family-barrier: the burn-in of `adelm` makes the families; leave it out, or map with `--search passes`"
         );
     }
     Ok(GraspMapSettings {
@@ -395,7 +395,7 @@ impl Mapping<'_> {
         let (population, settings) = (self.population, self.settings);
         match self.earlier {
             Some(earlier) => {
-                let barrier = settings.map.groups.barrier;
+                let barrier = settings.map.families.barrier;
                 grow_population(earlier, population, self.energy, barrier, self.pair, run)
             }
             None => map_population(population, self.energy, settings, run),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::args::{Common, GroupBarrier};
+use super::args::{Common, FamilyBarrier};
 use super::input::open_landscape;
 use super::output::{check_report, given_or_beside, write_report};
 use crate::evaluation::taxonomy::Rule;
@@ -24,7 +24,7 @@ pub(super) struct Compare {
     #[arg(short, long, value_name = "NAME")]
     output: Option<PathBuf>,
     #[command(flatten)]
-    groups: GroupBarrier,
+    families: FamilyBarrier,
     /// Seed of permutations and resamplings.
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -47,17 +47,17 @@ pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
         .map(PathBuf::as_path)
         .collect();
     check_report(&output, &inputs, common.force)?;
-    let group_barrier = command.groups.checked()?;
+    let family_barrier = command.families.checked()?;
     let files = open_landscape(folder)?;
     let landscape = NamedLandscape::of(&files, folder, rule)?;
     if let Some(folder) = &command.other {
         let files = open_landscape(folder)?;
         let other = NamedLandscape::of(&files, folder, rule)?;
-        let found = compare_types(&landscape, &other, group_barrier)?;
+        let found = compare_types(&landscape, &other, family_barrier)?;
         return write_report(Some(&output), (&found.text, &found.value), None, common);
     }
     let settings = StatisticsSettings::default();
-    let found = compare_with_taxonomy(&landscape, &settings, group_barrier, command.seed)?;
+    let found = compare_with_taxonomy(&landscape, &settings, family_barrier, command.seed)?;
     let chart = found.without_labels().is_none().then(|| found.chart());
     let (text, value) = (found.markdown(), found.to_json());
     write_report(Some(&output), (&text, &value), chart, common)

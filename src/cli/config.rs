@@ -24,9 +24,9 @@ pub(super) struct Config {
 enum Configurable {
     /// For `synth --config`: energy and sampler.
     Synth,
-    /// For `build --config`: map, chains, paths and groups.
+    /// For `build --config`: map, chains, paths and families.
     Build,
-    /// For `surface --config`: search, lowest part and groups.
+    /// For `surface --config`: search, lowest part and families.
     Surface,
     /// For `stability --config`: the protocol.
     Stability,

@@ -12,7 +12,7 @@ use crate::cli::printing::{print_json, tell};
 use crate::object::Description;
 use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::{LandscapeFiles, Manifest};
-use crate::study::{self, GroupLevel, comparison_notes};
+use crate::study::{self, FamilyLevel, comparison_notes};
 use crate::topography::{Evidence, MatchTolerance, Minimum, MinimumId, Tree, TreeDifference};
 
 /// Compare two landscapes.
@@ -40,7 +40,7 @@ different objects. The tables show which minima correspond (the nearest ones wit
 merged, or within --within), whose energies changed, which merges of the first landscape moved and by how much, and
 which minima only one of the two has. A minimum without a match that has a neighbour of equal energy in the other
 landscape, within five times that distance, is listed beside it: both may be ends of one flat valley, which descents from
-other grasps meet at other points. A note warns if the groups of the two landscapes were made at different levels.";
+other grasps meet at other points. A note warns if the families of the two landscapes were made at different levels.";
 
 /// One of two landscapes that are compared.
 pub(super) struct Side {
@@ -61,10 +61,10 @@ pub(super) fn run(command: &Diff, common: &Common) -> anyhow::Result<()> {
         value["after"] = json!(after.name);
         value["within"] = json!(reach);
         value["equal_energy"] = json!(equal_energy(&before).max(equal_energy(&after)));
-        let level = |side: &Side| GroupLevel::of(&side.manifest, None);
+        let level = |side: &Side| FamilyLevel::of(&side.manifest, None);
         let levels = level(&before).zip(level(&after));
-        value["group_note"] = json!(levels.and_then(|(one, other)| {
-            GroupLevel::difference((&before.name, &one), (&after.name, &other))
+        value["family_note"] = json!(levels.and_then(|(one, other)| {
+            FamilyLevel::difference((&before.name, &one), (&after.name, &other))
         }));
         return print_json(&value);
     }

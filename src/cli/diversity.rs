@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Args;
 
-use super::args::{Common, GroupBarrier};
+use super::args::{Common, FamilyBarrier};
 use super::input;
 use super::output::{check_report, given_or_beside, write_report};
 use super::provenance::name_of;
@@ -33,7 +33,7 @@ pub(super) struct Diversity {
     #[arg(long, value_name = "NAME|FILE", value_hint = clap::ValueHint::FilePath)]
     object: Option<String>,
     #[command(flatten)]
-    groups: GroupBarrier,
+    families: FamilyBarrier,
     /// Number of resamplings for each interval.
     #[arg(long, value_name = "N", default_value_t = DiversitySettings::default().resamplings)]
     resamplings: usize,
@@ -47,13 +47,13 @@ Examples:
   landscape diversity one.landscape other.landscape        which of the two is more diverse; one.diversity.md, .svg, …
   landscape diversity a.parquet b.parquet c.parquet        the same of files of grasps, without families
   landscape diversity a.landscape                          the effective numbers of one set
-  landscape diversity a.landscape b.landscape --group-barrier 0.1     with families at one level
+  landscape diversity a.landscape b.landscape --family-barrier 0.1    with families at one level
 
 The first line is the answer: how many times as many effective kinds one set has as the other, with a 95 % interval. If
 the interval contains 1, no difference is shown, and the line says how many grasps in each set would show one of this size
 (in four of five comparisons; widths of intervals fall as one over the square root of the number of grasps). Kinds are
 four things:
-  families         groups of a landscape: grasps between which the hand passes over low barriers
+  families         grasps of a landscape between which the hand passes over low barriers
   types, cells     of the GRASP taxonomy, by the rule of `landscape label` (labels by a human override it)
   sets of contact regions   different sets of digits (and the palm) that are within 2 mm of the object
 An effective number says how many equally frequent kinds would be as diverse. Order 0 counts every kind, however rare;
@@ -62,7 +62,7 @@ order 1 weighs each by its frequency; order 2 shows how many are frequent. The t
 All sets are rarefied to the number of grasps of the smallest one, so that no set looks diverse because it is large.
 Nothing is extrapolated, and a set of fewer than thirty grasps is refused; `landscape join` puts files together. Brackets
 are 95 % intervals over resamplings of the grasps. A set is called the most diverse only where the intervals of its ratios
-to all others lie above 1. Families are compared at half and at twice the level of groups, too, and all their intervals
+to all others lie above 1. Families are compared at half and at twice their level, too, and all their intervals
 span those of the three levels, so that the height of a single pass decides nothing. All this takes the grasps for
 independent draws: a set that was chosen to be spread (synth --spread) looks more diverse than its source, and every set
 depends on how it was drawn. A last paragraph is a sentence for a paper.
@@ -75,7 +75,7 @@ pub(super) fn run(command: &Diversity, common: &Common) -> anyhow::Result<()> {
         "--resamplings {}: a number from 20 to 100000 is needed",
         command.resamplings
     );
-    command.groups.checked()?;
+    command.families.checked()?;
     let output = given_or_beside(command.output.as_ref(), &command.sets[0], "diversity")?;
     let inputs: Vec<&Path> = command.sets.iter().map(PathBuf::as_path).collect();
     check_report(&output, &inputs, common.force)?;
@@ -142,8 +142,8 @@ impl Opened {
         match self {
             Self::Grasps(file) => DiversitySet::of_grasps(name, file, rule, run),
             Self::Landscape(files) => {
-                let group_barrier = command.groups.group_barrier;
-                DiversitySet::of_landscape(name, files, path, group_barrier, rule, run)
+                let family_barrier = command.families.family_barrier;
+                DiversitySet::of_landscape(name, files, path, family_barrier, rule, run)
             }
         }
     }

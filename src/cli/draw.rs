@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::{Context, anyhow, ensure};
 use clap::{Args, ValueEnum};
 
-use super::args::{Common, GroupBarrier, minimum_named};
+use super::args::{Common, FamilyBarrier, minimum_named};
 use super::input::open_landscape;
 use super::output::{check_folder, given_or_beside, make_folder};
 use super::report::held;
@@ -14,7 +14,8 @@ use crate::cli::printing::tell_path;
 use crate::figure::Leaf;
 use crate::store::{FileSet, MinimumRow, read_attempts};
 use crate::study::{
-    Colouring, Drawing, GroupName, MinimumNames, MinimumValues, Quantities, Titles, Views, group_of,
+    Colouring, Drawing, FamilyName, MinimumNames, MinimumValues, Quantities, Titles, Views,
+    family_of,
 };
 use crate::topography::{Evidence, MinimumId, Tree};
 
@@ -27,14 +28,14 @@ pub(super) struct Draw {
     /// The folder to write; by default the name of the landscape with the ending `.view`.
     #[arg(long, short, value_name = "FOLDER")]
     output: Option<PathBuf>,
-    /// Draw only the N lowest minima (or groups).
+    /// Draw only the N lowest minima (or families).
     #[arg(long, value_name = "N")]
     lowest: Option<usize>,
-    /// Draw only the minima (or groups) at the bottom of the N deepest valleys: the depth of a valley is the height of the
+    /// Draw only the minima (or families) at the bottom of the N deepest valleys: the depth of a valley is the height of the
     /// merge that joins it to a lower one, above its bottom.
     #[arg(long, value_name = "N")]
     deepest: Option<usize>,
-    /// Draw only minima (or groups) with at least N members.
+    /// Draw only minima (or families) with at least N members.
     #[arg(long, value_name = "N")]
     min_members: Option<usize>,
     /// Draw only the bottoms of monotonic sequences: minima that no connection joins to a lower one.
@@ -60,14 +61,14 @@ pub(super) struct Draw {
     /// A table (CSV) of your own quantities. Its column `minimum` names each minimum (m0, m1, …).
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     values: Option<PathBuf>,
-    /// Put N rendered grasps with the names of their types below the disconnectivity graph of the groups.
+    /// Put N rendered grasps with the names of their types below the disconnectivity graph of the families.
     #[arg(long, value_name = "N")]
     examples: Option<usize>,
     /// Raise every merge to the next of N even levels between the lowest and the highest merge.
     #[arg(long, value_name = "N")]
     levels: Option<usize>,
     #[command(flatten)]
-    groups: GroupBarrier,
+    families: FamilyBarrier,
     /// Seed of the layout; by default that of the landscape.
     #[arg(long)]
     seed: Option<u64>,
@@ -93,7 +94,7 @@ impl From<Differences> for Colouring {
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
-  landscape draw grasps.landscape --lowest 50              grasps.view/: the 50 lowest minima (and groups)
+  landscape draw grasps.landscape --lowest 50              grasps.view/: the 50 lowest minima (and families)
   landscape draw lj-38.landscape --deepest 300             the funnels of a large landscape
   landscape draw grasps.landscape --min-members 2 --levels 20
   landscape draw grasps.landscape --pick m0,m4,m31 -o three
@@ -103,11 +104,11 @@ Examples:
   landscape draw muller-brown.landscape --place-by x0      a metric disconnectivity graph, over the first coordinate
   landscape draw lj-38.landscape --values q4.csv --place-by q4 --colour-by energy
 
-Paths through hidden minima still count, so no choice of minima moves a merge. The pictures of grasps show their groups
+Paths through hidden minima still count, so no choice of minima moves a merge. The pictures of grasps show their families
 (disconnectivity, barriers) and their minima (disconnectivity_minima, barriers_minima). Those of surfaces and imported
-landscapes show the minima (disconnectivity, barriers), and the groups (disconnectivity_groups, barriers_groups) if there
-are fewer of them, but more than one. The same choice applies to both, separately to groups and to minima; a picked
-minimum picks its group. Writes the pictures (SVG and PNG), and tree.nwk, tree.dot, tree.json and barriers.graphml of the
+landscapes show the minima (disconnectivity, barriers), and the families (disconnectivity_families, barriers_families) if there
+are fewer of them, but more than one. The same choice applies to both, separately to families and to minima; a picked
+minimum picks its family. Writes the pictures (SVG and PNG), and tree.nwk, tree.dot, tree.json and barriers.graphml of the
 minima that are shown.";
 
 pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
@@ -120,7 +121,7 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
     ] {
         ensure!(value != Some(0), "--{flag} 0: at least 1 is needed");
     }
-    let group_barrier = command.groups.checked()?;
+    let family_barrier = command.families.checked()?;
     let files = open_landscape(&command.landscape)?;
     let network = files.network(&command.landscape)?;
     let tree = Tree::from_network(&network, Evidence::Chain);
@@ -141,22 +142,22 @@ pub(super) fn run(command: &Draw, common: &Common) -> anyhow::Result<()> {
     let types = (command.colour.is_some() || command.examples.is_some())
         .then(|| MinimumNames::of(&files, &command.landscape.display().to_string()))
         .transpose()?;
-    let group_of = group_of(&files, &network, group_barrier);
+    let family_of = family_of(&files, &network, family_barrier);
     let leaves = leaves(command, &files.minima, types.as_ref())?;
     let examples = match (&types, command.examples) {
-        (Some(types), Some(count)) => types.examples(&files, (&group_of, &leaves), count),
+        (Some(types), Some(count)) => types.examples(&files, (&family_of, &leaves), count),
         _ => Vec::new(),
     };
-    // The names are those of the groups of the map.
-    let as_mapped = crate::study::group_of(&files, &network, None) == group_of;
-    let group_names = GroupName::of_manifest(&files.manifest)
+    // The names are those of the families of the map.
+    let as_mapped = crate::study::family_of(&files, &network, None) == family_of;
+    let family_names = FamilyName::of_manifest(&files.manifest)
         .into_iter()
         .filter(|_| as_mapped);
     let attempts = read_attempts(&command.landscape, &files)?;
     let drawing = Drawing {
         attempts: Some(&attempts),
-        group_of,
-        group_names: group_names.map(|group| group.name).collect(),
+        family_of,
+        family_names: family_names.map(|family| family.name).collect(),
         views,
         quantities: quantities(command, &files.minima)?,
         examples,

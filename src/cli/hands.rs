@@ -186,9 +186,9 @@ fn value(hand: &Hand, wrote: &[&Path]) -> Value {
                     JointKind::Slide => "slide",
                 },
                 "endless": joint.wraps,
-                "limits": joint.limits_rad,
-                "rest": hand.prior.rest_rad[number],
-                "deviation": hand.prior.deviations_rad[number],
+                "limits": joint.limits,
+                "rest": hand.prior.rest[number],
+                "deviation": hand.prior.deviations[number],
                 "lever_m": metric.joint_levers_m[number],
                 "followers": followers(hand, number),
             })
@@ -270,7 +270,7 @@ fn followers(hand: &Hand, joint: usize) -> Vec<Value> {
 fn at(hand: &Hand, share: f64) -> Vec<f64> {
     let mut x = hand.rest_coordinates();
     for (q, joint) in joints_of_mut(&mut x).iter_mut().zip(&hand.joints) {
-        let [lower, upper] = joint.limits_rad;
+        let [lower, upper] = joint.limits;
         *q = lower + share * (upper - lower);
     }
     x

@@ -207,7 +207,7 @@ pub(super) fn print_landscapes(common: &Common, folders: &[PathBuf]) -> anyhow::
             "folder": folder,
             "counts": manifest.counts,
             "evidence": manifest.evidence,
-            "group_barrier": manifest.group_barrier,
+            "family_barrier": manifest.family_barrier,
             "letting_go": manifest.letting_go,
             "warnings": manifest.warnings,
         }))

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 
-use super::args::{Common, GroupBarrier};
+use super::args::{Common, FamilyBarrier};
 use super::output::{check_report, write_report};
 use super::run::Watch;
 use super::thermodynamics::check_temperature;
@@ -21,7 +21,7 @@ pub(super) struct Rates {
     /// A landscape with curvatures (of `landscape surface`, `build` or `import`), or a folder with min.data and ts.data.
     #[arg(value_name = "FOLDER")]
     landscape: PathBuf,
-    /// Where to start: minima (m3) and groups (g1), named as in the tree, or a file such as min.A or min.B of PATHSAMPLE.
+    /// Where to start: minima (m3) and families (g1), named as in the tree, or a file such as min.A or min.B of PATHSAMPLE.
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', required = true)]
     from: Vec<String>,
     /// Where to arrive, likewise.
@@ -51,7 +51,7 @@ pub(super) struct Rates {
     #[arg(long)]
     without_faces: bool,
     #[command(flatten)]
-    groups: GroupBarrier,
+    families: FamilyBarrier,
 }
 
 pub(super) const EXAMPLES: &str = "\
@@ -67,7 +67,7 @@ Kramers with --friction). Rates between sets of minima, mean first-passage times
 other minima one by one (graph transformation), in logarithms, so that they are exact however slow the process is.
 Temperatures are kT in units of the energy; times are in units of √(mass · length² / energy).
 
-Minima are named as in the tree: m0 is the lowest. g1 stands for all minima of a group. A file lists minima as PATHSAMPLE
+Minima are named as in the tree: m0 is the lowest. g1 stands for all minima of a family. A file lists minima as PATHSAMPLE
 does: first how many, then their numbers, counted from 1 in the order of min.data of the folder. The answer shows these
 numbers, too.";
 
@@ -75,7 +75,7 @@ numbers, too.";
 const MOST: usize = 10_000;
 
 pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
-    command.groups.checked()?;
+    command.families.checked()?;
     for temperature in &command.temperature {
         check_temperature("--temperature", *temperature)?;
     }
@@ -97,7 +97,7 @@ pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
     if let Some(output) = &command.output {
         check_report(output, &[&command.landscape], common.force)?;
     }
-    let mut states = NetworkOfStates::open(&command.landscape, &command.groups.settings())?;
+    let mut states = NetworkOfStates::open(&command.landscape, &command.families.settings())?;
     if command.without_faces {
         states = states.without_faces();
     }
@@ -124,19 +124,19 @@ pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
     )
 }
 
-/// The places of the minima that the names choose, ascending, each once. Of groups and files, those that were left out do not
+/// The places of the minima that the names choose, ascending, each once. Of families and files, those that were left out do not
 /// count.
 fn chosen(flag: &str, names: &[String], states: &NetworkOfStates) -> anyhow::Result<Vec<usize>> {
-    let (count, groups) = (states.rows.len(), &states.groups);
+    let (count, families) = (states.rows.len(), &states.families);
     let mut chosen = Vec::new();
     for name in names {
         let name = name.trim();
         let number = |prefix: char| name.strip_prefix(prefix)?.parse::<usize>().ok();
-        let listed: Vec<usize> = if let Some(group) = number('g') {
-            let Some(members) = groups.members.get(group) else {
+        let listed: Vec<usize> = if let Some(family) = number('g') {
+            let Some(members) = families.members.get(family) else {
                 bail!(
                     "{flag} {name}: {}",
-                    numbered(groups.members.len(), "group", 'g')
+                    numbered(families.members.len(), "family", 'g')
                 );
             };
             members.iter().map(|minimum| minimum.0).collect()
@@ -151,7 +151,7 @@ fn chosen(flag: &str, names: &[String], states: &NetworkOfStates) -> anyhow::Res
             let read = match fs::read(name) {
                 Ok(read) => read,
                 Err(error) if error.kind() == ErrorKind::NotFound => bail!(
-                    "{flag} {name}: no such file; write minima and groups as the tree names them, such as m0,m3,g1"
+                    "{flag} {name}: no such file; write minima and families as the tree names them, such as m0,m3,g1"
                 ),
                 Err(error) => return Err(error).context(format!("{flag} {name}")),
             };

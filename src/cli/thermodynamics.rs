@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::ensure;
 use clap::Args;
 
-use super::args::{Common, GroupBarrier};
+use super::args::{Common, FamilyBarrier};
 use super::output::{check_folder, given_or_beside, make_folder};
 use crate::cli::printing::tell_text;
 use crate::store::FileSet;
@@ -37,7 +37,7 @@ pub(super) struct Thermodynamics {
     #[arg(long)]
     without_faces: bool,
     #[command(flatten)]
-    groups: GroupBarrier,
+    families: FamilyBarrier,
 }
 
 pub(super) const EXAMPLES: &str = "\
@@ -58,7 +58,7 @@ the pictures of `landscape draw` with free energies in place of energies.";
 const MOST: usize = 10_000;
 
 pub(super) fn run(command: &Thermodynamics, common: &Common) -> anyhow::Result<()> {
-    command.groups.checked()?;
+    command.families.checked()?;
     let temperatures = match &command.temperatures {
         Some(flag) => range(flag)?,
         None => Vec::new(),
@@ -72,7 +72,7 @@ pub(super) fn run(command: &Thermodynamics, common: &Common) -> anyhow::Result<(
     let ending = "thermodynamics";
     let output = given_or_beside(command.output.as_ref(), &command.landscape, ending)?;
     check_folder(&output, &[&command.landscape], Found::writes, common)?;
-    let mut states = NetworkOfStates::open(&command.landscape, &command.groups.settings())?;
+    let mut states = NetworkOfStates::open(&command.landscape, &command.families.settings())?;
     if command.without_faces {
         states = states.without_faces();
     }

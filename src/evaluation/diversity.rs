@@ -122,7 +122,7 @@ impl Diversity {
                 .sum();
             sum / ranges.len().max(1) as f64
         };
-        let limits: Vec<(f64, f64)> = hand.joints.iter().map(|j| j.limits_rad.into()).collect();
+        let limits: Vec<(f64, f64)> = hand.joints.iter().map(|j| j.limits.into()).collect();
         Self {
             grasps: rows.len(),
             contact_region_sets: counts.len(),
@@ -209,7 +209,7 @@ mod tests {
             .map(|_| {
                 let mut x = hand.rest_coordinates();
                 for (q, joint) in joints_of_mut(&mut x).iter_mut().zip(&hand.joints) {
-                    let [low, high] = joint.limits_rad;
+                    let [low, high] = joint.limits;
                     let anywhere = rng.random_range(low..high);
                     *q += spread * (anywhere - *q);
                 }

@@ -1,4 +1,4 @@
-//! Description of a minimum (or a group of minima) in a picture: its number of members and its label.
+//! Description of a minimum (or a family of minima) in a picture: its number of members and its label.
 
 use super::canvas::Canvas;
 use super::legend::Legend;
@@ -32,17 +32,17 @@ pub fn leaves_of(network: &Network) -> Vec<Leaf> {
         .collect()
 }
 
-/// Leaves of groups. Members add up. The label is that of the most members (ties: first in the alphabet). Captions stay
-/// only on groups of one leaf.
+/// Leaves of families. Members add up. The label is that of the most members (ties: first in the alphabet). Captions stay
+/// only on families of one leaf.
 ///
 /// # Panics
-/// If `group_of` does not have one entry per leaf.
-pub fn group(leaves: &[Leaf], group_of: &[usize]) -> Vec<Leaf> {
-    assert_eq!(leaves.len(), group_of.len(), "one group a leaf");
-    let count = group_of.iter().max().map_or(0, |largest| largest + 1);
+/// If `family_of` does not have one entry per leaf.
+pub fn leaves_of_families(leaves: &[Leaf], family_of: &[usize]) -> Vec<Leaf> {
+    assert_eq!(leaves.len(), family_of.len(), "one family a leaf");
+    let count = family_of.iter().max().map_or(0, |largest| largest + 1);
     let mut members: Vec<Vec<&Leaf>> = vec![Vec::new(); count];
-    for (leaf, group) in leaves.iter().zip(group_of) {
-        members[*group].push(leaf);
+    for (leaf, family) in leaves.iter().zip(family_of) {
+        members[*family].push(leaf);
     }
     (members.into_iter())
         .map(|inside| {
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn groups_vote_by_members() {
+    fn families_vote_by_members() {
         let leaves = [
             leaf(3, "power"),
             leaf(2, "precision"),
@@ -264,17 +264,17 @@ mod tests {
             leaf(9, ""),
             leaf(1, "hook"),
         ];
-        let groups = group(&leaves, &[0, 0, 0, 0, 1]);
+        let families = leaves_of_families(&leaves, &[0, 0, 0, 0, 1]);
         assert_eq!(
-            groups[0],
+            families[0],
             Leaf {
                 members: 16,
                 label: Some("precision".into()),
                 caption: None
             }
         );
-        assert_eq!(groups[1], leaves[4]);
-        let tie = group(&[leaf(1, "b"), leaf(1, "a")], &[0, 0]);
+        assert_eq!(families[1], leaves[4]);
+        let tie = leaves_of_families(&[leaf(1, "b"), leaf(1, "a")], &[0, 0]);
         assert_eq!(tie[0].label.as_deref(), Some("a"));
     }
 

@@ -76,7 +76,7 @@ pub use barriers::{BarrierPicture, Link, PlacedGraph, PlacedLink};
 #[cfg(feature = "topography")]
 pub use disconnectivity::DisconnectivityPicture;
 #[cfg(feature = "topography")]
-pub use leaf::{Leaf, group, leaves_of};
+pub use leaf::{Leaf, leaves_of, leaves_of_families};
 #[cfg(feature = "topography")]
 pub use leaf_values::LeafValues;
 #[cfg(feature = "topography")]

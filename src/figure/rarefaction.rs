@@ -1,4 +1,4 @@
-//! Rarefaction curves: number of groups found against number of members used.
+//! Rarefaction curves: number of kinds found against number of members used.
 
 use super::chart::{Axis, BandPoint, Chart, Corner, Mark, Panel, Series};
 use super::style::Colour;
@@ -8,7 +8,7 @@ use crate::topography::{Rarefaction, Rarefied};
 /// Half-width of a 95 % band in standard deviations.
 const BAND: f64 = 1.96;
 
-/// Named curves of several ways to group the same members, with 95 % bands. A vertical line marks the number of members at
+/// Named curves of several ways to divide the same members, with 95 % bands. A vertical line marks the number of members at
 /// hand; the curves are dashed beyond it. `members` is the plural noun for the members.
 pub fn rarefaction_chart(title: &str, members: &str, curves: &[(&str, &Rarefaction)]) -> Chart {
     let coloured: Vec<(&str, &Rarefaction, Colour)> = (curves.iter().enumerate())
@@ -40,15 +40,15 @@ pub fn rarefaction_panel(
         let line = |points: &[&Rarefied]| {
             let places = points.iter();
             places
-                .map(|point| [point.members as f64, point.groups])
+                .map(|point| [point.members as f64, point.kinds])
                 .collect::<Vec<_>>()
         };
         let band = inside.iter().map(|point| {
             let half = BAND * point.deviation.unwrap_or(0.0);
             BandPoint {
                 x: point.members as f64,
-                lower: (point.groups - half).max(0.0),
-                upper: (point.groups + half).min(point.members as f64),
+                lower: (point.kinds - half).max(0.0),
+                upper: (point.kinds + half).min(point.members as f64),
             }
         });
         marks.push(Series::band(band.collect()).coloured(colour));
@@ -71,21 +71,21 @@ mod tests {
     #[test]
     fn two_curves() {
         let sizes: Vec<usize> = (1..60).map(|k| 90 / (k * k) + 1).collect();
-        let groups = Rarefaction::new(&sizes, 60);
-        let minima = Rarefaction::new(&vec![1; groups.members], 60);
-        let curves = [("groups", &groups), ("minima", &minima)];
+        let families = Rarefaction::new(&sizes, 60);
+        let minima = Rarefaction::new(&vec![1; families.members], 60);
+        let curves = [("families", &families), ("minima", &minima)];
         let canvas = rarefaction_chart("200 grasps", "grasps", &curves)
             .draw()
             .unwrap();
         assert_legible(&canvas);
         gallery(&canvas, "rarefaction");
         let texts = canvas.texts();
-        for expected in ["groups", "minima", "grasps used"] {
+        for expected in ["families", "minima", "grasps used"] {
             assert!(texts.iter().any(|(text, _)| *text == expected));
         }
         // Nothing to show is no mistake.
         let empty = Rarefaction::new(&[], 60);
-        let canvas = rarefaction_chart("", "grasps", &[("groups", &empty)]).draw();
+        let canvas = rarefaction_chart("", "grasps", &[("families", &empty)]).draw();
         assert!(canvas.is_ok());
     }
 }

@@ -39,8 +39,8 @@ pub struct Judgement {
     pub deepest_m: f64,
     /// Greatest overlap of the hand's capsules, metres. They do not fill all corners of meshes and boxes.
     pub self_penetration_m: f64,
-    /// Largest excess of a joint over its limits, radians.
-    pub joint_excess_rad: f64,
+    /// Largest excess of a joint over its limits, radians; metres for sliding joints.
+    pub joint_excess: f64,
     /// Number of digits (palm, thumb and fingers) with contacts.
     pub digits: usize,
     /// Whether all contacts lie in one concavity ([`in_one_concavity`]) and push apart instead of together.
@@ -79,7 +79,7 @@ impl Judgement {
             (self.gap_m <= MOST_GAP_M, "a contact too far off"),
             (self.deepest_m < MOST_PRESSING_M, "too deep in the object"),
             (self.self_penetration_m < 0.003, "too deep in itself"),
-            (self.joint_excess_rad <= 1e-3, "beyond joint limits"),
+            (self.joint_excess <= 1e-3, "beyond joint limits"),
             (self.digits >= 2, "one digit only"),
             (!self.one_concavity, "contacts in one concavity"),
             (self.force_closure, "no force closure"),
@@ -183,7 +183,7 @@ impl<'a> Scale<'a> {
         let scene = Scene {
             hand,
             posed,
-            joints_rad: grasp.pose.joints(),
+            joints: grasp.pose.joints(),
             object,
             proximity: &proximity,
             layer: &Layer::default(),
@@ -227,12 +227,12 @@ impl<'a> Scale<'a> {
         for_each_overlap(&scene, |depth| {
             self_penetration_m = self_penetration_m.max(depth);
         });
-        let joint_excess_rad =
+        let joint_excess =
             hand.joints
                 .iter()
                 .zip(grasp.pose.joints())
                 .fold(0.0f64, |worst, (joint, &q)| {
-                    let [lower, upper] = joint.limits_rad;
+                    let [lower, upper] = joint.limits;
                     worst.max(q - upper).max(lower - q)
                 });
         let least = least_friction(&point_contacts);
@@ -247,7 +247,7 @@ impl<'a> Scale<'a> {
             gap_m: distances_m().map(f64::abs).fold(0.0, f64::max),
             deepest_m: 0.0,
             self_penetration_m,
-            joint_excess_rad,
+            joint_excess,
             digits: digits.len(),
             one_concavity: in_one_concavity(&object.exact, &on_mesh),
             least_friction: least.is_finite().then_some(least),

@@ -38,9 +38,9 @@ fn draw(hand: &Hand, rng: &mut Rng, faced: impl FnOnce(&mut Rng) -> SurfaceSampl
     let joints: Vec<f64> = hand
         .joints
         .iter()
-        .zip(&hand.prior.rest_rad)
+        .zip(&hand.prior.rest)
         .map(|(joint, rest)| {
-            let [lower, upper] = joint.limits_rad;
+            let [lower, upper] = joint.limits;
             (rest + JOINT_SHARE * (upper - lower) * normal()).clamp(lower, upper)
         })
         .collect();

@@ -103,7 +103,7 @@ impl Hand {
     fn fill_joints(&self, side: &mut SideFile) {
         for (j, joint) in self.joints.iter().enumerate() {
             let name = || joint.name.clone();
-            let [rest, deviation] = [self.prior.rest_rad[j], self.own_deviation(j)];
+            let [rest, deviation] = [self.prior.rest[j], self.own_deviation(j)];
             match joint.kind {
                 JointKind::Hinge => {
                     side.rest_deg.entry(name()).or_insert(rest.to_degrees());
@@ -140,7 +140,7 @@ impl Hand {
 
     /// A quarter of the range, the default of the side file's deviations. The prior's own deviations include the synergies.
     fn own_deviation(&self, j: usize) -> f64 {
-        let [lower, upper] = self.joints[j].limits_rad;
+        let [lower, upper] = self.joints[j].limits;
         (upper - lower) / 4.0
     }
 }

@@ -29,8 +29,8 @@ fn assemble(model: &Model, side: &SideFile) -> Result<Hand, HandError> {
     let geometry = Geometry::of(model, side, &links, &mut notes)?;
     let digits = region::assign_digits(&mut links, &geometry.capsules, side)?;
     let palm_link = region::palm_link(&links);
-    let (rest_rad, cast_rad) = prior::poses(&joints, side)?;
-    let prior = prior::gaussian(rest_rad, &joints, side)?;
+    let (rest, cast) = prior::poses(&joints, side)?;
+    let prior = prior::gaussian(rest, &joints, side)?;
 
     let mut hand = Hand {
         name: side.name.clone().unwrap_or_else(|| model.name.clone()),
@@ -54,7 +54,7 @@ fn assemble(model: &Model, side: &SideFile) -> Result<Hand, HandError> {
         },
         notes,
         virtual_wrist: model.virtual_wrist.clone(),
-        cast_rad,
+        cast,
         meshes: geometry.meshes,
         parts: Parts::default(),
         inscribed: super::inscribed::Cache::default(),

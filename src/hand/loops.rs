@@ -262,10 +262,10 @@ impl Fit<'_> {
 
     /// Coordinates of all joints with the driver at a share of its range.
     fn coordinates(&self, lines: &DVector<f64>, share: f64) -> Vec<f64> {
-        let [low, high] = self.joints[self.driver].limits_rad;
+        let [low, high] = self.joints[self.driver].limits;
         let driven = low + share * (high - low);
         let mut q: Vec<f64> = (self.joints.iter())
-            .map(|joint| f64::midpoint(joint.limits_rad[0], joint.limits_rad[1]))
+            .map(|joint| f64::midpoint(joint.limits[0], joint.limits[1]))
             .collect();
         q[self.driver] = driven;
         for (f, &follower) in self.followers.iter().enumerate() {
@@ -290,13 +290,13 @@ impl Fit<'_> {
         if self.joints[joint].wraps {
             return 0.0;
         }
-        let [low, high] = self.joints[joint].limits_rad;
+        let [low, high] = self.joints[joint].limits;
         EXCESS_M * self.unit(joint) * ((coordinate - high).max(0.0) + (low - coordinate).max(0.0))
     }
 
     /// Whether a linkage is assembled as in the description: a loop often closes in several ways.
     fn is_as_assembled(&self, lines: &DVector<f64>) -> bool {
-        let [low, high] = self.joints[self.driver].limits_rad;
+        let [low, high] = self.joints[self.driver].limits;
         let driven = self.zeros[self.driver];
         let described_m = self.closure.opening_m(&frames(self.links, self.zeros));
         if !(low..=high).contains(&driven) || described_m > OPEN_M {

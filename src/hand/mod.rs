@@ -198,10 +198,10 @@ pub struct Joint {
     pub name: String,
     /// The link it moves; others may follow.
     pub link: LinkId,
-    /// Hinge or slide. For a slide, quantities named `rad` are in metres.
+    /// Hinge or slide.
     pub kind: JointKind,
-    /// Lower and upper limit, radians (metres for a slide); ±π if the joint wraps.
-    pub limits_rad: [f64; 2],
+    /// Lower and upper limit, radians; metres for sliding joints; ±π if the joint wraps.
+    pub limits: [f64; 2],
     /// Whether it turns without limits, so that q and q + 2π are the same pose.
     pub wraps: bool,
 }
@@ -237,12 +237,12 @@ pub struct SurfacePoint {
 /// Gaussian prior on joint angles: ½ (q − q₀)ᵀ Λ (q − q₀).
 #[derive(Debug, Clone, PartialEq)]
 pub struct PosePrior {
-    /// Rest pose q₀, radians.
-    pub rest_rad: Vec<f64>,
-    /// Precision Λ, row-major k × k, 1/rad².
+    /// Rest pose q₀, radians; metres for sliding joints.
+    pub rest: Vec<f64>,
+    /// Precision Λ, row-major k × k, one over the units of the two joints.
     pub precision: Vec<f64>,
-    /// Standard deviation of each joint, √(Λ⁻¹)ᵢᵢ, radians.
-    pub deviations_rad: Vec<f64>,
+    /// Standard deviation of each joint, √(Λ⁻¹)ᵢᵢ, radians; metres for sliding joints.
+    pub deviations: Vec<f64>,
 }
 
 /// A kinematic tree with limits, geometry, surface points and a rest pose.
@@ -298,8 +298,8 @@ pub struct Hand {
     metric: MetricEntry,
     /// The bending surface and the ball joints of MANO; `None` if surface points are fixed to links.
     blend: Option<Arc<Blend>>,
-    /// Joint angles at which the skin is built, radians: fingers apart.
-    cast_rad: Vec<f64>,
+    /// Joints at which the skin is built, radians; metres for sliding joints. The fingers are apart.
+    cast: Vec<f64>,
     /// The solid parts for measuring depths.
     parts: Parts,
     /// The balls that fill the meshes.
@@ -454,7 +454,7 @@ impl Hand {
         if self.palm_link.0 == 0 {
             return self.palm;
         }
-        let [rest, moved] = [&self.prior.rest_rad, joints].map(|joints| {
+        let [rest, moved] = [&self.prior.rest, joints].map(|joints| {
             let mut posed = PosedHand::default();
             self.pose_links(&Pose::at_origin(joints), &mut posed);
             posed.object_from_link[self.palm_link.0]
@@ -515,6 +515,6 @@ impl Hand {
 
     /// Coordinates `[t, q(wxyz), joints]` of the rest pose with the root frame at the object's origin.
     pub fn rest_coordinates(&self) -> Vec<f64> {
-        Pose::at_origin(&self.prior.rest_rad).into()
+        Pose::at_origin(&self.prior.rest).into()
     }
 }

@@ -408,7 +408,7 @@ impl Model {
             name: joint.name.clone(),
             link: LinkId(0),
             kind: joint.kind,
-            limits_rad: [lower, upper],
+            limits: [lower, upper],
             wraps,
         })
     }

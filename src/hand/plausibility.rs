@@ -356,7 +356,7 @@ fn reversed_joint(hand: &Hand, _: &PosedHand) -> Vec<Finding> {
     reversed
         .map(|own| {
             let joint = &hand.joints[own.joint];
-            let [low, high] = joint.limits_rad.map(f64::to_degrees);
+            let [low, high] = joint.limits.map(f64::to_degrees);
             Finding::Note(doubt(
                 format!("joint \"{}\"", joint.name),
                 format!(
@@ -394,7 +394,7 @@ impl Hinge {
         if link.digit == 0 || joint.wraps {
             return None;
         }
-        let [low, high] = joint.limits_rad;
+        let [low, high] = joint.limits;
         let [below, above] = [(-low).max(0.0), high.max(0.0)];
         let side = if below <= ONE_SIDED * above {
             1.0

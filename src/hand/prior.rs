@@ -33,7 +33,7 @@ const RESTING: f64 = 0.5;
 
 /// The rest coordinate of a joint unless the side file gives one. A slide rests in the middle of its range.
 fn resting(joint: &Joint) -> f64 {
-    let [lower, upper] = joint.limits_rad;
+    let [lower, upper] = joint.limits;
     let middle = f64::midpoint(lower, upper);
     match joint.kind {
         JointKind::Hinge => {
@@ -87,7 +87,7 @@ fn fill_measured(
 /// synergies and their shares of variance; ι: share of variance that is independent for each joint (1 without synergies).
 /// The trace of C is the number of joints k for any shares.
 pub(super) fn gaussian(
-    rest_rad: Vec<f64>,
+    rest: Vec<f64>,
     joints: &[Joint],
     side: &SideFile,
 ) -> Result<PosePrior, HandError> {
@@ -130,7 +130,7 @@ pub(super) fn gaussian(
     }
     let mut deviations: Vec<f64> = joints
         .iter()
-        .map(|joint| (joint.limits_rad[1] - joint.limits_rad[0]) * DEVIATION_OF_RANGE)
+        .map(|joint| (joint.limits[1] - joint.limits[0]) * DEVIATION_OF_RANGE)
         .collect();
     let given = [&side.deviation_deg, &side.deviation_mm];
     let entry = ("deviation", (|_| JOINT_DEVIATION) as fn(JointKind) -> Limit);
@@ -148,7 +148,7 @@ pub(super) fn gaussian(
         covariance.row_mut(i).scale_mut(deviation);
         covariance.column_mut(i).scale_mut(deviation);
     }
-    let deviations_rad = covariance.diagonal().map(f64::sqrt).as_slice().to_vec();
+    let deviations = covariance.diagonal().map(f64::sqrt).as_slice().to_vec();
     let mut precision = covariance
         .cholesky()
         .ok_or_else(|| HandError::NotPositive {
@@ -158,9 +158,9 @@ pub(super) fn gaussian(
         .inverse();
     precision.fill_lower_triangle_with_upper_triangle();
     Ok(PosePrior {
-        rest_rad,
+        rest,
         precision: precision.as_slice().to_vec(),
-        deviations_rad,
+        deviations,
     })
 }
 
@@ -200,7 +200,7 @@ mod tests {
         assert!((&precision - precision.transpose()).amax() == 0.0);
         let mut covariance = precision.try_inverse().unwrap();
         for (i, joint) in hand.joints.iter().enumerate() {
-            let deviation = (joint.limits_rad[1] - joint.limits_rad[0]) / 4.0;
+            let deviation = (joint.limits[1] - joint.limits[0]) / 4.0;
             covariance.row_mut(i).unscale_mut(deviation);
             covariance.column_mut(i).unscale_mut(deviation);
         }

@@ -35,9 +35,9 @@ struct Reach {
 /// the middle of their ranges, slides at the lower limit. Joints that move the palm are at rest in both.
 fn straight_and_closed(hand: &Hand) -> [Vec<f64>; 2] {
     let of_arm = |link: LinkId| hand.is_arm(link) || link == hand.palm_link;
-    let joints = || hand.joints.iter().zip(&hand.prior.rest_rad);
+    let joints = || hand.joints.iter().zip(&hand.prior.rest);
     let straight = joints().map(|(joint, rest)| {
-        let [lower, upper] = joint.limits_rad;
+        let [lower, upper] = joint.limits;
         match joint.kind {
             _ if of_arm(joint.link) => *rest,
             JointKind::Hinge => 0.0f64.clamp(lower, upper),
@@ -45,7 +45,7 @@ fn straight_and_closed(hand: &Hand) -> [Vec<f64>; 2] {
         }
     });
     let closed = joints().map(|(joint, rest)| {
-        let [lower, upper] = joint.limits_rad;
+        let [lower, upper] = joint.limits;
         match joint.kind {
             _ if of_arm(joint.link) => *rest,
             JointKind::Hinge => f64::midpoint(lower, upper),

@@ -13,7 +13,7 @@ use super::Joint;
 /// for any number of joints, and it has no seed.
 pub(super) fn joint_samples(joints: &[Joint], count: usize) -> Vec<Vec<f64>> {
     let at = |joint: &Joint, share: f64| {
-        let [low, high] = joint.limits_rad;
+        let [low, high] = joint.limits;
         (low + share * (high - low)).min(high)
     };
     let all = |share: f64| -> Vec<f64> { joints.iter().map(|joint| at(joint, share)).collect() };
@@ -58,7 +58,7 @@ mod tests {
         let samples = joint_samples(&joints, 200);
         assert_eq!(samples.len(), 2 + 2 * joints.len() + 200);
         for (j, joint) in joints.iter().enumerate() {
-            let [low, high] = joint.limits_rad;
+            let [low, high] = joint.limits;
             for tenth in 0..10 {
                 let [from, to] =
                     [tenth, tenth + 1].map(|k| low + (high - low) * f64::from(k) / 10.0);
@@ -76,7 +76,7 @@ mod tests {
             let ends = |k: usize| {
                 samples
                     .iter()
-                    .any(|sample| (sample[j] - joint.limits_rad[k]).abs() < 1e-12)
+                    .any(|sample| (sample[j] - joint.limits[k]).abs() < 1e-12)
             };
             assert!(ends(0) && ends(1));
         }

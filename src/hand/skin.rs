@@ -70,7 +70,7 @@ impl Hand {
             return self.solid_skin();
         }
         let mut cast = PosedHand::default();
-        self.pose(&crate::space::Pose::at_origin(&self.cast_rad), &mut cast);
+        self.pose(&crate::space::Pose::at_origin(&self.cast), &mut cast);
         let form = Form::new(self, &cast);
         let grid = Grid::sample(&form);
         let (points, triangles) = grid.surface_nets(&form);

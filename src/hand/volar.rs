@@ -14,7 +14,7 @@ pub(crate) fn volar_directions(hand: &Hand) -> Vec<Option<Vector3<f64>>> {
     let straight = hand.straight();
     let mut rest = PosedHand::default();
     hand.pose_links(&hand.rest_coordinates(), &mut rest);
-    let palm = hand.palm_at(&hand.prior.rest_rad);
+    let palm = hand.palm_at(&hand.prior.rest);
     let mut directions: Vec<Option<Vector3<f64>>> = Vec::with_capacity(hand.links.len());
     for (l, link) in hand.links.iter().enumerate() {
         let direction = if hand.is_arm(LinkId(l)) {
@@ -60,7 +60,7 @@ fn closing(hand: &Hand, link: usize) -> Option<Vector3<f64>> {
         posed.object_from_link[link]
     };
     let straight = pose(&joints);
-    let [lower, upper] = hand.joints[motion.joint].limits_rad;
+    let [lower, upper] = hand.joints[motion.joint].limits;
     joints[motion.joint] = match motion.kind {
         JointKind::Hinge => f64::midpoint(lower, upper),
         JointKind::Slide => lower,

@@ -68,7 +68,7 @@ impl GraspFile {
             });
         }
         wrong_length(
-            "joints_rad",
+            "joints",
             grasp.grasp.pose.joints().len(),
             hand.joint_names.len(),
         )
@@ -100,7 +100,7 @@ impl GraspFile {
         let lists = [
             ("translation_m", pose.translation_m()),
             ("rotation_wxyz", &pose.rotation_wxyz()),
-            ("joints_rad", pose.joints()),
+            ("joints", pose.joints()),
         ];
         let scalars = [
             ("scale", Some(grasp.scale)),
@@ -139,22 +139,22 @@ impl GraspFile {
                 .into_iter()
                 .flat_map(|hand| excesses(grasp, hand))
                 .max_by(|(_, a), (_, b)| a.total_cmp(b));
-            let Some((joint, excess_rad)) = farthest.filter(|(_, excess)| *excess > ROUNDING_RAD)
+            let Some((joint, excess)) = farthest.filter(|(_, excess)| *excess > ROUNDING_RAD)
             else {
                 continue;
             };
             count += 1;
-            if excess_rad > worst.0 {
-                worst = (excess_rad, row, joint);
+            if excess > worst.0 {
+                worst = (excess, row, joint);
             }
         }
-        let (excess_rad, row, joint) = worst;
+        let (excess, row, joint) = worst;
         (count > 0).then(|| Warning::BeyondLimit {
             count,
             grasps: self.grasps.len(),
             row,
             joint: joint.to_owned(),
-            excess_rad,
+            excess,
         })
     }
 }
@@ -175,7 +175,7 @@ fn excesses<'a>(
     let joints = hand
         .joint_names
         .iter()
-        .zip(&hand.limits_rad)
+        .zip(&hand.limits)
         .zip(grasp.grasp.pose.joints());
     joints.filter_map(|((name, [lower, upper]), angle)| {
         let excess = (lower - angle).max(angle - upper);
@@ -186,12 +186,12 @@ fn excesses<'a>(
 fn far_joint(grasp: &GraspRow, hand: &HandMetadata) -> Option<Fault> {
     let (name, _) = excesses(grasp, hand).find(|(_, excess)| *excess > LIMIT_TOLERANCE_RAD)?;
     let joint = hand.joint_names.iter().position(|joint| joint == name)?;
-    let [lower_rad, upper_rad] = hand.limits_rad[joint];
+    let [lower, upper] = hand.limits[joint];
     Some(Fault::BeyondLimit {
         joint: name.to_owned(),
-        angle_rad: grasp.grasp.pose.joints()[joint],
-        lower_rad,
-        upper_rad,
+        value: grasp.grasp.pose.joints()[joint],
+        lower,
+        upper,
     })
 }
 

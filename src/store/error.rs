@@ -202,14 +202,14 @@ pub enum Fault {
     NotUnit(f64),
     /// A joint is so far beyond its limit that its value is probably not an angle in radians.
     #[error(
-        "joint `{joint}` at {angle_rad} rad lies more than 1 rad beyond its limits {lower_rad} to {upper_rad}: are these \
+        "joint `{joint}` at {value} rad lies more than 1 rad beyond its limits {lower} to {upper}: are these \
          degrees, or angles of other joints?"
     )]
     BeyondLimit {
         joint: String,
-        angle_rad: f64,
-        lower_rad: f64,
-        upper_rad: f64,
+        value: f64,
+        lower: f64,
+        upper: f64,
     },
     /// A contact does not exist on the hand.
     #[error(
@@ -252,7 +252,7 @@ pub enum Fault {
 pub enum Warning {
     /// Some joints are beyond their limits. They are kept, and the joint-limit term of the energy moves them back.
     #[error(
-        "{count} of {grasps} grasps have joints beyond their limits; farthest is `{joint}` in row {row}, by {excess_rad:.4} \
+        "{count} of {grasps} grasps have joints beyond their limits; farthest is `{joint}` in row {row}, by {excess:.4} \
          rad; they are kept as they are"
     )]
     BeyondLimit {
@@ -261,8 +261,8 @@ pub enum Warning {
         /// Row with the largest excess, counted from 0.
         row: usize,
         joint: String,
-        /// The largest excess, radians.
-        excess_rad: f64,
+        /// The largest excess, radians; metres for sliding joints.
+        excess: f64,
     },
     /// The given hand is not the one that the file describes.
     #[error(

@@ -8,7 +8,7 @@
 //! | `hand`? | string | name of the hand; absent: the only one the file describes |
 //! | `translation_m` | double\[3\] | position of the hand's root in the object's frame, metres |
 //! | `rotation_wxyz` | double\[4\] | unit quaternion, scalar first, object from hand; w ≥ 0 |
-//! | `joints_rad` | double\[k\] | joint angles, radians, in the order of the hand's joint names; absent for k = 0 |
+//! | `joints` | double\[k\] | joint angles, radians; metres for sliding joints, in the order of the hand's joint names; absent for k = 0 |
 //! | `contacts` | list of uint32 | contact set: indices into the hand's surface points, each once |
 //! | `energy` | double | total energy |
 //! | `term_<name>` | double | one column for each energy term; they add up to `energy` |
@@ -263,10 +263,7 @@ impl GraspFile {
             grasps().map(|grasp| grasp.grasp.pose.translation_m()),
         );
         columns.vectors("rotation_wxyz", rotations.iter().map(<[f64; 4]>::as_slice));
-        columns.vectors(
-            "joints_rad",
-            grasps().map(|grasp| grasp.grasp.pose.joints()),
-        );
+        columns.vectors("joints", grasps().map(|grasp| grasp.grasp.pose.joints()));
         columns.indices("contacts", grasps().map(|grasp| &*grasp.grasp.contacts));
         columns.floats("energy", grasps().map(|grasp| grasp.energy));
         for (term, name) in self.metadata.terms.iter().enumerate() {
@@ -319,7 +316,7 @@ fn rows(table: &Table, metadata: &Metadata) -> Result<Vec<GraspRow>, StoreError>
     let rotations_wxyz = table.arrays::<4>("rotation_wxyz")?;
     let mut hands_described = metadata.hands.iter();
     let jointless = hands_described.all(|hand| hand.joint_names.is_empty());
-    let joints = table.defaulted("joints_rad", &VECTOR, |_| jointless.then(Vec::new))?;
+    let joints = table.defaulted("joints", &VECTOR, |_| jointless.then(Vec::new))?;
     let contacts = table.required("contacts", &INDICES)?;
     let energies = table.required("energy", &FLOAT)?;
     let terms = metadata.terms.iter();

@@ -58,8 +58,8 @@ pub struct MinimumRow {
     pub coordinates: Vec<f64>,
     /// Ids of the grasps that quench into it.
     pub members: Vec<u64>,
-    /// Number of its group, the leaf of the collapsed tree.
-    pub group: u64,
+    /// Number of its family, the leaf of the collapsed tree.
+    pub family: u64,
     /// Number of members for each label.
     pub labels: BTreeMap<String, u64>,
 }
@@ -149,8 +149,8 @@ pub struct Manifest {
     pub settings: Value,
     /// Names of the energy terms, in the order of [`PathPoint::terms`].
     pub terms: Vec<String>,
-    /// Largest relative barrier inside a group, in units of the energy.
-    pub group_barrier: Option<f64>,
+    /// Largest relative barrier inside a family, in units of the energy.
+    pub family_barrier: Option<f64>,
     /// Cost of letting go in units of the energy, the physical scale of barriers; `None` if the energy has no such scale.
     #[serde(default)]
     pub letting_go: Option<f64>,
@@ -171,8 +171,8 @@ pub struct Counts {
     pub grasps: u64,
     /// Number of distinct minima.
     pub minima: u64,
-    /// Number of groups of minima.
-    pub groups: u64,
+    /// Number of families of minima.
+    pub families: u64,
     /// Number of pairs of minima that were tried.
     pub pairs: u64,
     /// Number of components without a path between them.
@@ -332,7 +332,8 @@ fn pretty(value: &impl Serialize) -> Vec<u8> {
     format!("{value:#}\n").into_bytes()
 }
 
-const MINIMUM: &[Column<MinimumRow>] = columns![id, energy, coordinates if present, members, group];
+const MINIMUM: &[Column<MinimumRow>] =
+    columns![id, energy, coordinates if present, members, family];
 
 const EDGE: &[Column<EdgeRow>] = columns![
     a,

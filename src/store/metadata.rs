@@ -66,9 +66,9 @@ pub struct HandMetadata {
     pub name: String,
     /// Names of the joints, in the order of the joint angles.
     pub joint_names: Vec<String>,
-    /// Lower and upper limit of each joint, radians; infinite (null in JSON) if there is none.
+    /// Lower and upper limit of each joint, radians; metres for sliding joints; infinite (null in JSON) if there is none.
     #[serde(with = "limits")]
-    pub limits_rad: Vec<[f64; 2]>,
+    pub limits: Vec<[f64; 2]>,
     /// Number of surface points. Contacts are indices of these points.
     pub surface_points: usize,
     /// [`content_hash`] of the surface points, rounded to micrometres.
@@ -157,8 +157,8 @@ impl Metadata {
     /// Checks conditions that the types do not guarantee.
     pub(super) fn check(&self, path: &Path) -> Result<(), StoreError> {
         for hand in &self.hands {
-            if hand.joint_names.len() != hand.limits_rad.len() {
-                let [names, limits] = [hand.joint_names.len(), hand.limits_rad.len()];
+            if hand.joint_names.len() != hand.limits.len() {
+                let [names, limits] = [hand.joint_names.len(), hand.limits.len()];
                 return Err(bad(
                     path,
                     format!(
@@ -345,7 +345,7 @@ mod tests {
     fn json_keeps_every_bit_and_open_limits() {
         let hand = HandMetadata {
             joint_names: vec!["a".into(), "b".into()],
-            limits_rad: vec![[-0.1 - 0.2, 1.0 / 3.0], [f64::NEG_INFINITY, f64::INFINITY]],
+            limits: vec![[-0.1 - 0.2, 1.0 / 3.0], [f64::NEG_INFINITY, f64::INFINITY]],
             ..HandMetadata::default()
         };
         let text = serde_json::to_string(&hand).unwrap();

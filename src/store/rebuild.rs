@@ -100,7 +100,7 @@ impl HandMetadata {
         };
         let hand = metadata.build()?;
         metadata.joint_names = hand.joints.iter().map(|joint| joint.name.clone()).collect();
-        metadata.limits_rad = hand.joints.iter().map(|joint| joint.limits_rad).collect();
+        metadata.limits = hand.joints.iter().map(|joint| joint.limits).collect();
         metadata.surface_points = hand.surface.len();
         metadata.surface_hash = surface_hash(&hand);
         metadata.notes.clone_from(&hand.notes);

@@ -19,7 +19,7 @@ use crate::topography::{
 /// A landscape of grasps and how it was made.
 #[derive(Debug)]
 pub struct GraspLandscape {
-    /// Minima, connections, tree and groups.
+    /// Minima, connections, tree and families.
     pub landscape: Landscape,
     /// The settings, including chosen ones.
     pub settings: MapSettings,
@@ -52,7 +52,7 @@ pub struct Growth {
 /// Maps the landscape between the grasps of one hand on one object: descends from every grasp, merges equal minima,
 /// chooses temperature and force, and connects the minima.
 ///
-/// The relative barrier of groups is [`GroupLevel::default_of`](super::GroupLevel::default_of) the energy. The result depends only on the grasps, the energy and the settings, not
+/// The relative barrier of families is [`FamilyLevel::default_of`](super::FamilyLevel::default_of) the energy. The result depends only on the grasps, the energy and the settings, not
 /// on threads and interruptions.
 ///
 /// # Errors
@@ -152,7 +152,7 @@ pub(super) fn joined(
 /// Adds grasps to a finished landscape and does only what is new: descends from them, connects the minima that the landscape
 /// does not have, and leaves its own connections as they are; see [`grow_landscape`]. `population` is that of
 /// [`JoinedGrasps::file`](super::JoinedGrasps::file). `pair` are two minima of the landscape between which further searches
-/// are made; then there need be no new grasp. The settings are those of the landscape, but the level of groups may be another
+/// are made; then there need be no new grasp. The settings are those of the landscape, but the level of families may be another
 /// one.
 ///
 /// # Errors
@@ -165,13 +165,13 @@ pub fn grow_population(
     earlier: &EarlierLandscape,
     population: &Population<'_>,
     energy: &GraspEnergy,
-    group_barrier: Option<f64>,
+    family_barrier: Option<f64>,
     pair: Option<PairSearch>,
     run: &StudyRun<'_>,
 ) -> Result<GraspLandscape, StudyError> {
     let kernel = GraspKernel::new(energy);
     let mut map = earlier.settings.clone();
-    map.groups.barrier = group_barrier.or(map.groups.barrier);
+    map.families.barrier = family_barrier.or(map.families.barrier);
     let known = earlier.landscape(energy)?;
     let (minima, descents) = descended(population, earlier.grasps(), energy, &map, run)?;
     let addition = Addition { minima, pair };

@@ -6,9 +6,11 @@ use super::digits::significant;
 use super::error::StudyError;
 use super::looks;
 use crate::figure::layout::collapse;
-use crate::figure::{BarrierPicture, DisconnectivityPicture, Leaf, LeafValues, Picture, group};
+use crate::figure::{
+    BarrierPicture, DisconnectivityPicture, Leaf, LeafValues, Picture, leaves_of_families,
+};
 use crate::store::{Manifest, StoreError};
-use crate::topography::view::{Levels, View, bottoms, grouped, restricted};
+use crate::topography::view::{Levels, View, bottoms, network_of_families, restricted};
 use crate::topography::{
     self, Ancestors, Attempts, Evidence, MinimumId, Network, Node, Tree, spanning_forest,
 };
@@ -22,8 +24,8 @@ pub type Put<'a> = &'a mut dyn FnMut(&str, &[u8]) -> Result<(), StoreError>;
 /// What the branches and circles of a picture are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Resolution {
-    /// A branch for each group.
-    Groups,
+    /// A branch for each family.
+    Families,
     /// A branch for each minimum.
     Minima,
 }
@@ -31,7 +33,7 @@ pub enum Resolution {
 impl Resolution {
     const fn name(self) -> &'static str {
         match self {
-            Self::Groups => "groups",
+            Self::Families => "families",
             Self::Minima => "minima",
         }
     }
@@ -48,8 +50,8 @@ pub struct Titles {
     pub members: String,
     /// Seed of the layout.
     pub seed: u64,
-    /// What the first pictures show: the groups of many grasps, or the minima of a surface. The others have names that end in
-    /// what they show. Groups that come second are drawn only where they simplify the minima.
+    /// What the first pictures show: the families of many grasps, or the minima of a surface. The others have names that end in
+    /// what they show. Families that come second are drawn only where they simplify the minima.
     pub first: Resolution,
 }
 
@@ -60,7 +62,7 @@ impl Titles {
             energy: "energy E(H, O)".to_owned(),
             members: "grasps".to_owned(),
             seed,
-            first: Resolution::Groups,
+            first: Resolution::Families,
         }
     }
 
@@ -109,18 +111,18 @@ pub struct Drawing<'a> {
     pub attempts: Option<&'a Attempts>,
     /// One leaf for each minimum.
     pub leaves: Vec<Leaf>,
-    /// The group of each minimum, numbered without gaps.
-    pub group_of: Vec<usize>,
-    /// Names that a person would give the groups; empty if there are none.
-    pub group_names: Vec<String>,
+    /// The family of each minimum, numbered without gaps.
+    pub family_of: Vec<usize>,
+    /// Names that a person would give the families; empty if there are none.
+    pub family_names: Vec<String>,
     /// Texts of the pictures.
     pub titles: &'a Titles,
     /// Which part is shown.
     pub views: Views,
-    /// Quantities of the minima that place the branches and colour the circles of disconnectivity graphs. A group has the
+    /// Quantities of the minima that place the branches and colour the circles of disconnectivity graphs. A family has the
     /// value of its lowest minimum.
     pub quantities: Quantities,
-    /// Pictures of some minima, drawn below the disconnectivity graph of the groups.
+    /// Pictures of some minima, drawn below the disconnectivity graph of the families.
     pub examples: Vec<(MinimumId, Picture)>,
 }
 
@@ -223,12 +225,12 @@ impl Views {
 /// Number of valleys in a disconnectivity graph that would have too many leaves.
 const PRUNED: usize = 400;
 
-/// Greatest number of groups or minima that are named in pictures, as in `inspect --path g0 g4`. More names would hide them.
+/// Greatest number of families or minima that are named in pictures, as in `inspect --path g0 g4`. More names would hide them.
 pub(super) const MOST_NAMED: usize = 60;
 
-/// Greatest number of groups whose names are spelled out below pictures.
+/// Greatest number of families whose names are spelled out below pictures.
 const MOST_EXPLAINED: usize = 8;
-/// Least number of members of these groups.
+/// Least number of members of these families.
 const LEAST_EXPLAINED: usize = 3;
 
 struct Shown<'a> {
@@ -246,7 +248,7 @@ struct Shown<'a> {
 }
 
 impl<'a> Drawing<'a> {
-    /// The whole of a landscape without anything else, in which each minimum is a group.
+    /// The whole of a landscape without anything else, in which each minimum is a family.
     pub fn new(
         network: &'a Network,
         tree: &'a Tree,
@@ -257,9 +259,9 @@ impl<'a> Drawing<'a> {
             network,
             tree,
             attempts: None,
-            group_of: (0..leaves.len()).collect(),
+            family_of: (0..leaves.len()).collect(),
             leaves,
-            group_names: Vec::new(),
+            family_names: Vec::new(),
             titles,
             views: Views::default(),
             quantities: Quantities::default(),
@@ -277,7 +279,7 @@ impl Drawing<'_> {
         let texts = ["tree.nwk", "tree.dot", "tree.json", "barriers.graphml"];
         let picture = name.strip_suffix(".svg").or(name.strip_suffix(".png"));
         let picture = picture.map(|stem| match stem.rsplit_once('_') {
-            Some((stem, "groups" | "minima")) => stem,
+            Some((stem, "families" | "minima")) => stem,
             _ => stem,
         });
         texts.contains(&name) || picture.is_some_and(|stem| PICTURES.contains(&stem))
@@ -289,7 +291,7 @@ impl Drawing<'_> {
     /// The first error of `put`, or of a picture.
     ///
     /// # Panics
-    /// If there is not one leaf and one group for each minimum.
+    /// If there is not one leaf and one family for each minimum.
     pub fn write(&self, put: Put<'_>) -> Result<(), StudyError> {
         let (view, _) = (self.views).of(self.network, self.tree, &self.views.picked);
         let name = |id: MinimumId| format!("m{}", view.minima[id.0].0);
@@ -310,10 +312,10 @@ impl Drawing<'_> {
         self.pictures_of(&support, put)
     }
 
-    /// Writes the pictures of the groups and of the minima.
+    /// Writes the pictures of the families and of the minima.
     fn pictures_of(&self, support: &[Option<f64>], put: Put<'_>) -> Result<(), StudyError> {
-        let groups = grouped(self.network, &self.group_of);
-        let mut leaves = group(&self.leaves, &self.group_of);
+        let families = network_of_families(self.network, &self.family_of);
+        let mut leaves = leaves_of_families(&self.leaves, &self.family_of);
         name_leaves(&mut leaves, 'g');
         let mut minima = self.leaves.clone();
         let unnamed = || minima.iter().all(|leaf| leaf.caption.is_none());
@@ -321,27 +323,27 @@ impl Drawing<'_> {
             name_leaves(&mut minima, 'm');
         }
         let mut picked: Vec<MinimumId> = (self.views.picked.iter())
-            .map(|minimum| MinimumId(self.group_of[minimum.0]))
+            .map(|minimum| MinimumId(self.family_of[minimum.0]))
             .collect();
         picked.sort_unstable();
         picked.dedup();
-        // Minima are sorted by energy, so the first of a group is its lowest.
+        // Minima are sorted by energy, so the first of a family is its lowest.
         let mut lowest: Vec<Option<usize>> = vec![None; leaves.len()];
-        for (minimum, group) in self.group_of.iter().enumerate() {
-            lowest[*group].get_or_insert(minimum);
+        for (minimum, family) in self.family_of.iter().enumerate() {
+            lowest[*family].get_or_insert(minimum);
         }
         let lowest: Vec<usize> = lowest.into_iter().flatten().collect();
-        let groups_tree = collapse(self.tree, &self.group_of);
-        let of_groups = Shown {
-            resolution: Resolution::Groups,
-            names: &self.group_names,
+        let families_tree = collapse(self.tree, &self.family_of);
+        let of_families = Shown {
+            resolution: Resolution::Families,
+            names: &self.family_names,
             quantities: self.quantities.of(&lowest),
             examples: (self.examples.iter())
-                .map(|(minimum, picture)| (MinimumId(self.group_of[minimum.0]), picture.clone()))
+                .map(|(minimum, picture)| (MinimumId(self.family_of[minimum.0]), picture.clone()))
                 .collect(),
-            network: &groups,
-            tree: groups_tree.clone(),
-            support: carried((self.tree, support), &groups_tree, |leaf| {
+            network: &families,
+            tree: families_tree.clone(),
+            support: carried((self.tree, support), &families_tree, |leaf| {
                 MinimumId(lowest[leaf])
             }),
             leaves: &leaves,
@@ -358,14 +360,14 @@ impl Drawing<'_> {
             leaves: &minima,
             picked: self.views.picked.clone(),
         };
-        if self.titles.first == Resolution::Groups {
-            self.pictures(&of_groups, "", put)?;
+        if self.titles.first == Resolution::Families {
+            self.pictures(&of_families, "", put)?;
             return self.pictures(&of_minima, "_minima", put);
         }
         self.pictures(&of_minima, "", put)?;
-        // A group of all minima, or one for each, tells nothing more.
+        // A family of all minima, or one for each, tells nothing more.
         if (2..minima.len()).contains(&leaves.len()) {
-            self.pictures(&of_groups, "_groups", put)?;
+            self.pictures(&of_families, "_families", put)?;
         }
         Ok(())
     }
@@ -418,7 +420,7 @@ impl Drawing<'_> {
         );
         if spelled.is_empty() {
             return match (self.titles.first, shown.resolution) {
-                (Resolution::Minima, Resolution::Groups) => format!("{title}, {all} groups"),
+                (Resolution::Minima, Resolution::Families) => format!("{title}, {all} families"),
                 _ => title.clone(),
             };
         }
@@ -534,7 +536,7 @@ pub(super) fn not_drawn(minima: usize) -> Option<String> {
     (minima > leaves.min(nodes)).then(|| {
         format!(
             "pictures show what is legible: the {PRUNED} deepest valleys in disconnectivity graphs of more than {leaves} \
-             minima or groups, and the {nodes} deepest in barrier graphs; the texts (tree.nwk, tree.dot, tree.json, \
+             minima or families, and the {nodes} deepest in barrier graphs; the texts (tree.nwk, tree.dot, tree.json, \
              barriers.graphml) contain all, and `landscape draw` draws what its views choose"
         )
     })

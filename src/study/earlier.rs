@@ -13,7 +13,7 @@ use crate::store::{
     Fault, GraspFile, GraspRow, LandscapeFiles, Population, Source, StoreError, read_attempts,
 };
 use crate::topography::{
-    Attempts, Connection, Evidence, Groups, Landscape, MapSettings, MinimumId, Network,
+    Attempts, Connection, Evidence, Families, Landscape, MapSettings, MinimumId, Network,
     Path as MappedPath, Tree,
 };
 
@@ -243,7 +243,7 @@ impl EarlierLandscape {
         Ok(Landscape {
             connections: connections.collect(),
             tree: Tree::from_network(&self.network, Evidence::Chain),
-            groups: Groups::new(&self.network, &self.settings.groups),
+            families: Families::new(&self.network, &self.settings.families),
             network: self.network.clone(),
             rejected: Vec::new(),
             unlisted_minima: Vec::new(),

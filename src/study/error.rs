@@ -111,9 +111,9 @@ pub enum StudyError {
         "{0} contains all these grasps already: there is nothing to add (--connect searches between two of its minima)"
     )]
     NothingNew(String),
-    /// The manifest of a landscape has no group barrier.
-    #[error("the landscape does not record its group barrier")]
-    NoGroupBarrier,
+    /// The manifest of a landscape has no family barrier.
+    #[error("the landscape does not record its family barrier")]
+    NoFamilyBarrier,
     /// `min.data` or `ts.data` is wrong.
     #[error("{folder}")]
     Exchange {

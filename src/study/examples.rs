@@ -8,7 +8,7 @@ use super::error::StudyError;
 use super::looks;
 use super::names::{GraspSetting, MinimumName};
 use crate::evaluation::taxonomy::Rule;
-use crate::figure::{Leaf, PICTURE_DENSITY, Picture, Scene, group, side_in_row};
+use crate::figure::{Leaf, PICTURE_DENSITY, Picture, Scene, leaves_of_families, side_in_row};
 use crate::grasp::Grasp;
 use crate::store::{LandscapeFiles, MinimumRow};
 use crate::topography::MinimumId;
@@ -67,21 +67,21 @@ impl MinimumNames {
         self.names.iter().map(label).collect()
     }
 
-    /// At most `count` rendered minima: first one of each category, then of each type, then of the largest groups, always
-    /// from the groups with most grasps. No two are of one group, and each has the label with which its group is drawn.
+    /// At most `count` rendered minima: first one of each category, then of each type, then of the largest families, always
+    /// from the families with most grasps. No two are of one family, and each has the label with which its family is drawn.
     ///
     /// # Panics
-    /// If there is not one group and one leaf for each minimum.
+    /// If there is not one family and one leaf for each minimum.
     pub fn examples(
         &self,
         files: &LandscapeFiles,
-        (group_of, leaves): (&[usize], &[Leaf]),
+        (family_of, leaves): (&[usize], &[Leaf]),
         count: usize,
     ) -> Vec<(MinimumId, Picture)> {
-        let mut order = order(&files.minima, group_of);
-        let drawn = group(leaves, group_of);
-        order.retain(|&minimum| leaves[minimum].label == drawn[group_of[minimum]].label);
-        let chosen = self.chosen(&order, group_of, count);
+        let mut order = order(&files.minima, family_of);
+        let drawn = leaves_of_families(leaves, family_of);
+        order.retain(|&minimum| leaves[minimum].label == drawn[family_of[minimum]].label);
+        let chosen = self.chosen(&order, family_of, count);
         let side = side_in_row(Drawing::WIDTH, chosen.len()) * PICTURE_DENSITY;
         let skin = self.setting.hand.skin();
         let key = looks::key();
@@ -103,8 +103,8 @@ impl MinimumNames {
         chosen.par_iter().map(picture).collect()
     }
 
-    /// The first `count` of `order` by category, then by type, then any, with no two of one group.
-    fn chosen(&self, order: &[usize], group_of: &[usize], count: usize) -> Vec<usize> {
+    /// The first `count` of `order` by category, then by type, then any, with no two of one family.
+    fn chosen(&self, order: &[usize], family_of: &[usize], count: usize) -> Vec<usize> {
         let mut chosen: Vec<usize> = Vec::new();
         let categories: [fn(&MinimumName, &MinimumName) -> bool; 3] = [
             |a, b| a.category == b.category,
@@ -114,7 +114,7 @@ impl MinimumNames {
         for same in categories {
             for &minimum in order {
                 let known = |&other: &usize| {
-                    group_of[other] == group_of[minimum]
+                    family_of[other] == family_of[minimum]
                         || same(&self.names[other], &self.names[minimum])
                 };
                 if chosen.len() < count && !chosen.iter().any(known) {
@@ -126,16 +126,16 @@ impl MinimumNames {
     }
 }
 
-/// The minima sorted by the number of grasps of their group and then their own, most first.
-fn order(minima: &[MinimumRow], group_of: &[usize]) -> Vec<usize> {
-    let groups = group_of.iter().max().map_or(0, |most| most + 1);
-    let mut grasps = vec![0; groups];
-    for (row, &group) in minima.iter().zip(group_of) {
-        grasps[group] += row.members.len();
+/// The minima sorted by the number of grasps of their family and then their own, most first.
+fn order(minima: &[MinimumRow], family_of: &[usize]) -> Vec<usize> {
+    let families = family_of.iter().max().map_or(0, |most| most + 1);
+    let mut grasps = vec![0; families];
+    for (row, &family) in minima.iter().zip(family_of) {
+        grasps[family] += row.members.len();
     }
     let mut order: Vec<usize> = (0..minima.len()).collect();
     order.sort_by_key(|&minimum| {
-        let weight = (grasps[group_of[minimum]], minima[minimum].members.len());
+        let weight = (grasps[family_of[minimum]], minima[minimum].members.len());
         (std::cmp::Reverse(weight), minimum)
     });
     order

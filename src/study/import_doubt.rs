@@ -149,7 +149,7 @@ pub(super) fn doubt_joints(
     let mut farthest: Option<(f64, f64, &str)> = None;
     for pose in grasps {
         for (joint, &value) in hand.joints.iter().zip(pose.joints()) {
-            let [lower, upper] = joint.limits_rad;
+            let [lower, upper] = joint.limits;
             let beyond = |q: f64| (lower - q).max(q - upper);
             if !joint.wraps && beyond(value * factor) > slack {
                 return None;

@@ -14,7 +14,7 @@ use crate::figure::leaves_of;
 use crate::printable::{counted, printable};
 use crate::store::{AtomicFolder, Counts, EdgeRow, LandscapeFiles, Manifest, MinimumRow, Source};
 use crate::topography::exchange::{Database, Layout, Reading, points};
-use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree};
+use crate::topography::{Evidence, Families, FamilySettings, Network, Tree};
 
 /// Coordinates of stationary points in the order of `min.data` and `ts.data`, all with the same number of coordinates. Both
 /// lists are empty if they are unknown.
@@ -35,20 +35,20 @@ pub struct ImportedLandscape<'a> {
     coordinates: StationaryCoordinates,
     network: Network,
     tree: Tree,
-    groups: Groups,
+    families: Families,
     source: Source,
     command: &'a str,
 }
 
 impl<'a> ImportedLandscape<'a> {
-    /// Builds tree and groups. `source` names the folder, and `command` is the command line that repeats the import.
+    /// Builds tree and families. `source` names the folder, and `command` is the command line that repeats the import.
     ///
     /// # Panics
     /// If there are coordinates, but not one point for each minimum (or transition state).
     pub fn new(
         read: &'a Reading,
         coordinates: StationaryCoordinates,
-        groups: &GroupSettings,
+        families: &FamilySettings,
         source: Source,
         command: &'a str,
     ) -> Self {
@@ -64,7 +64,7 @@ impl<'a> ImportedLandscape<'a> {
         let network = database.network();
         Self {
             tree: Tree::from_network(&network, Evidence::Chain),
-            groups: Groups::new(&network, groups),
+            families: Families::new(&network, families),
             network,
             database: &read.database,
             layout: read.layout,
@@ -120,9 +120,9 @@ impl<'a> ImportedLandscape<'a> {
         let rows = self
             .network
             .node_weights()
-            .zip(self.groups.group_of())
+            .zip(self.families.family_of())
             .enumerate();
-        rows.map(|(id, (minimum, group))| MinimumRow {
+        rows.map(|(id, (minimum, family))| MinimumRow {
             id: id as u64,
             energy: minimum.energy,
             // Each minimum of the network has one member, which is its row in the file.
@@ -131,7 +131,7 @@ impl<'a> ImportedLandscape<'a> {
                 .cloned()
                 .unwrap_or_default(),
             members: minimum.members.iter().map(|row| *row as u64).collect(),
-            group: group as u64,
+            family: family as u64,
             labels: BTreeMap::new(),
         })
         .collect()
@@ -163,7 +163,7 @@ impl<'a> ImportedLandscape<'a> {
                 json!(self.database.transition_states.len()),
             ),
             ("degenerate_rearrangements", json!(self.loops())),
-            ("group_scan", super::json(&self.groups.scan)),
+            ("family_scan", super::json(&self.families.scan)),
         ];
         let manifest = Manifest {
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -171,10 +171,10 @@ impl<'a> ImportedLandscape<'a> {
             source: self.source.clone(),
             scale: 1.0,
             energy: json!({ "imported": self.layout.name() }),
-            group_barrier: Some(self.groups.barrier),
+            family_barrier: Some(self.families.barrier),
             counts: Counts {
                 minima: minima.len() as u64,
-                groups: self.groups.members.len() as u64,
+                families: self.families.members.len() as u64,
                 pairs: edges.len() as u64,
                 components: self.tree.roots.len() as u64,
                 ..Counts::default()
@@ -208,7 +208,7 @@ impl<'a> ImportedLandscape<'a> {
         let titles = Titles::of_surface(self.source.name.clone(), "members", 0);
         let leaves = leaves_of(&self.network);
         let drawing = Drawing {
-            group_of: self.groups.group_of(),
+            family_of: self.families.family_of(),
             ..Drawing::new(&self.network, &self.tree, leaves, &titles)
         };
         drawing.write(&mut |name, bytes| folder.write(name, bytes))
@@ -229,8 +229,8 @@ impl<'a> ImportedLandscape<'a> {
             },
             counted(self.tree.roots.len(), "component"),
             counted(self.network.edge_count(), "pair"),
-            counted(self.groups.members.len(), "group"),
-            Digits::of([self.groups.barrier]).show(self.groups.barrier)
+            counted(self.families.members.len(), "family"),
+            Digits::of([self.families.barrier]).show(self.families.barrier)
         );
         for warning in self.warnings() {
             text.extend(["- ", &warning, "\n"]);

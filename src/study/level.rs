@@ -1,4 +1,4 @@
-//! The level at which the groups of a landscape are made, and whether two levels are comparable.
+//! The level at which the families of a landscape are made, and whether two levels are comparable.
 
 use std::fmt;
 
@@ -14,20 +14,20 @@ pub(super) const ROUGHNESS: f64 = 0.005;
 /// Relative difference below which levels are equal.
 const TIE: f64 = 1e-9;
 
-/// The level of groups: a relative barrier and its unit.
+/// The level of families: a relative barrier and its unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct GroupLevel {
-    /// Greatest relative barrier within a group, in units of the energy.
+pub struct FamilyLevel {
+    /// Greatest relative barrier within a family, in units of the energy.
     pub barrier: f64,
     /// Cost of letting go, in the same unit: the compliance alone. `None` if the energy has no such scale.
     pub letting_go: Option<f64>,
 }
 
-impl GroupLevel {
+impl FamilyLevel {
     /// The level of a landscape, or the `given` one in units of its energy; `None` if the landscape records none.
     pub fn of(manifest: &Manifest, given: Option<f64>) -> Option<Self> {
         Some(Self {
-            barrier: given.or(manifest.group_barrier)?,
+            barrier: given.or(manifest.family_barrier)?,
             letting_go: manifest.letting_go,
         })
     }
@@ -36,7 +36,7 @@ impl GroupLevel {
     /// ([`LayerSettings::hump`](crate::grasp::layer::LayerSettings::hump)), and at least a ripple. `None` if the compliance
     /// has no weight.
     ///
-    /// So grasps are of one group if the hand gets from one to the other without pushing more than one phalanx at a time over
+    /// So grasps are of one family if the hand gets from one to the other without pushing more than one phalanx at a time over
     /// the hump. The level is the same for all hands and objects.
     pub fn default_of(settings: &EnergySettings) -> Option<Self> {
         let cost = letting_go(settings)?;
@@ -47,7 +47,7 @@ impl GroupLevel {
         })
     }
 
-    /// Whether groups at the two levels may be compared: at equal fractions of the cost of letting go, or, if neither
+    /// Whether families at the two levels may be compared: at equal fractions of the cost of letting go, or, if neither
     /// energy knows this cost, at equal barriers.
     pub fn equals(&self, other: &Self) -> bool {
         let fraction = |level: &Self| level.barrier / level.letting_go.unwrap_or(1.0);
@@ -56,25 +56,25 @@ impl GroupLevel {
             && (one - other_fraction).abs() <= TIE * one.abs().max(other_fraction.abs())
     }
 
-    /// Why the groups of two named landscapes cannot be compared, in one sentence without a full stop; `None` if they can.
+    /// Why the families of two named landscapes cannot be compared, in one sentence without a full stop; `None` if they can.
     pub fn difference(one: (&str, &Self), other: (&str, &Self)) -> Option<String> {
         let ((name, level), (other_name, other_level)) = (one, other);
         if level.equals(other_level) {
             return None;
         }
         let advice = if level.letting_go.is_some() == other_level.letting_go.is_some() {
-            "make both at one level (--group-barrier)"
+            "make both at one level (--family-barrier)"
         } else {
             "their energies have different units, so no common level exists: build both with one energy"
         };
         Some(format!(
-            "the groups of {name} are made at a relative barrier of {level}, those of {other_name} at {other_level}, so their \
+            "the families of {name} are made at a relative barrier of {level}, those of {other_name} at {other_level}, so their \
              numbers cannot be compared: {advice}"
         ))
     }
 }
 
-impl fmt::Display for GroupLevel {
+impl fmt::Display for FamilyLevel {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(formatter, "{:.4}", self.barrier)?;
         match self.letting_go {
@@ -102,8 +102,8 @@ pub(super) fn letting_go(settings: &EnergySettings) -> Option<f64> {
 mod tests {
     use super::*;
 
-    fn level(barrier: f64, letting_go: Option<f64>) -> GroupLevel {
-        GroupLevel {
+    fn level(barrier: f64, letting_go: Option<f64>) -> FamilyLevel {
+        FamilyLevel {
             barrier,
             letting_go,
         }
@@ -136,26 +136,26 @@ mod tests {
             along.fold(0.0, f64::max) - energy(k, 1.0)
         };
         let expected = layer.reach_weight * highest(layer.reach_hump);
-        let found = GroupLevel::default_of(&settings).unwrap();
+        let found = FamilyLevel::default_of(&settings).unwrap();
         assert!((found.barrier - expected).abs() < 1e-6, "{found}");
         assert_eq!(found.letting_go, Some(1.0));
         settings.layer.reach_hump = 0.0;
-        let flat = GroupLevel::default_of(&settings).unwrap();
+        let flat = FamilyLevel::default_of(&settings).unwrap();
         assert!(
             (flat.barrier - ROUGHNESS).abs() < 1e-12,
-            "ripples never divide a group"
+            "ripples never divide a family"
         );
         settings.layer.compliance_weight = 0.0;
-        assert_eq!(GroupLevel::default_of(&settings), None);
+        assert_eq!(FamilyLevel::default_of(&settings), None);
     }
 
     #[test]
     fn a_difference_is_told_with_what_to_do() {
-        let told = |one, other| GroupLevel::difference(("a", &one), ("b", &other));
+        let told = |one, other| FamilyLevel::difference(("a", &one), ("b", &other));
         assert_eq!(told(level(0.1, None), level(0.1, None)), None);
         let barriers = told(level(0.1, None), level(0.2, None)).unwrap();
         assert!(barriers.contains("of a are made at a relative barrier of 0.1000"));
-        assert!(barriers.ends_with("(--group-barrier)"), "{barriers}");
+        assert!(barriers.ends_with("(--family-barrier)"), "{barriers}");
         let units = told(level(0.05, Some(1.0)), level(0.05, None)).unwrap();
         assert!(units.ends_with("build both with one energy"), "{units}");
     }

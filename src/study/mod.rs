@@ -96,10 +96,10 @@ mod error;
 mod examples;
 mod experiment;
 mod export;
+mod family_names;
 mod given_labels;
 mod gradient_points;
 mod grasp_import;
-mod group_names;
 mod import_doubt;
 mod imported;
 mod inputs;
@@ -158,12 +158,12 @@ pub use export::{
     Approach, ExportError, ExportedFile, MujocoScene, OPENED_M, approaches, check_rigid, hand_urdf,
     squeezing_test,
 };
+pub use family_names::FamilyName;
 pub use given_labels::{GivenLabel, GivenLabelError, given_labels};
 pub use gradient_points::{BrokenSymmetry, broken_symmetry, difference_step, gradient_points};
 pub use grasp_import::{
     GraspImportError, GraspImportSettings, ImportedGrasps, ScaleCounts, import_grasps,
 };
-pub use group_names::GroupName;
 pub use imported::{ImportedLandscape, StationaryCoordinates};
 pub use inputs::{
     InputError, hand_files, hand_metadata, object_metadata, read_grasps, rename_object,
@@ -171,7 +171,7 @@ pub use inputs::{
 pub use judging::{JudgedContact, JudgedGrasp, JudgedPopulation, judge_all};
 pub use kinetics::{Kinetics, KineticsAt, KineticsSettings};
 pub use labels::{HumanLabel, human_label, label_all, record_labels};
-pub use level::GroupLevel;
+pub use level::FamilyLevel;
 pub use minimax_path::{MinimaxPath, Waypoint};
 pub use minimum_values::MinimumValues;
 pub use names::{GraspSetting, MinimumName};
@@ -197,7 +197,7 @@ pub use survey::{
     SurveyedPopulation,
 };
 pub use synthesis::{Keep, Origin, PopulationSettings, Synthesis, synthesize_population};
-pub(crate) use tables::group_of;
+pub(crate) use tables::family_of;
 pub use thermodynamics::{AtTemperature, Thermodynamics, ThermodynamicsSettings};
 pub use ways::Way;
 

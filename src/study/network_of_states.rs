@@ -7,7 +7,7 @@ use crate::printable::counted;
 use crate::store::{LandscapeFiles, Manifest, StationaryRow, StoreError};
 use crate::thermal::Superposition;
 use crate::topography::exchange::{Database, NO_TRANSITION_STATES, Vibrations};
-use crate::topography::{Evidence, GroupSettings, Groups, Network, Tree, Verdict};
+use crate::topography::{Evidence, Families, FamilySettings, Network, Tree, Verdict};
 
 /// The names of the files.
 const FILES: [&str; 2] = ["min.data", "ts.data"];
@@ -41,7 +41,7 @@ pub struct NetworkOfStates {
     /// Its tree of merges.
     pub tree: Tree,
     /// Sets of minima of the landscape (by their numbers in it) that low barriers join.
-    pub groups: Groups,
+    pub families: Families,
     /// Number of connections without curvatures (bounds that are no verified saddles, or saddles on a face of a box), which
     /// are left out.
     pub left_out: usize,
@@ -89,12 +89,12 @@ pub enum NumberedMinima {
 impl NetworkOfStates {
     /// Reads a folder. If the folder is a landscape of `landscape surface`, its `stationary.parquet` adds the number of
     /// vibrational modes, the negative curvatures, and which points are not isolated. `min.data` and `ts.data` do not hold
-    /// these. If `groups` names no barrier, that of the landscape's own groups holds.
+    /// these. If `families` names no barrier, that of the landscape's own families holds.
     ///
     /// # Errors
     /// If a file is missing or damaged (the manifest, if there is one, too), or if it holds no vibrational data (`min.data`
     /// of topsearch).
-    pub fn open(folder: &Path, groups: &GroupSettings) -> Result<Self, StudyError> {
+    pub fn open(folder: &Path, families: &FamilySettings) -> Result<Self, StudyError> {
         if !folder.is_dir() {
             return Err(if folder.exists() {
                 StoreError::NoFolder(folder.to_owned()).into()
@@ -137,16 +137,16 @@ impl NetworkOfStates {
         } else {
             Evidence::Given
         };
-        let groups = GroupSettings {
-            barrier: (groups.barrier).or_else(|| manifest?.group_barrier),
-            ..groups.clone()
+        let families = FamilySettings {
+            barrier: (families.barrier).or_else(|| manifest?.family_barrier),
+            ..families.clone()
         };
         let network = network_of(&database, evidence);
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
         Ok(Self {
             name: name.strip_suffix(".landscape").unwrap_or(&name).to_owned(),
             tree: Tree::from_network(&network, Evidence::Chain),
-            groups: Groups::new(&network, &groups),
+            families: Families::new(&network, &families),
             numbers: (0..database.minima.len()).collect(),
             database,
             rows,
@@ -504,7 +504,7 @@ mod tests {
         let minima = "3 2 1 0 0 0\n1 2 1 0 0 0\n2 2 1 0 0 0\n";
         std::fs::write(place.path().join("min.data"), minima).unwrap();
         std::fs::write(place.path().join("ts.data"), "").unwrap();
-        let states = NetworkOfStates::open(place.path(), &GroupSettings::default()).unwrap();
+        let states = NetworkOfStates::open(place.path(), &FamilySettings::default()).unwrap();
         assert_eq!(states.rows, [1, 2, 0]);
         assert_eq!(states.minima_of("2\n1\n2\n"), Ok(vec![0, 2]));
         assert_eq!(states.minima_of(" 3\n 3 3\n2"), Ok(vec![0, 1]));
@@ -547,7 +547,7 @@ mod tests {
             if let Some(energy) = energy {
                 let manifest = Manifest {
                     energy,
-                    group_barrier: Some(1.5),
+                    family_barrier: Some(1.5),
                     ..Manifest::default()
                 };
                 let folder = AtomicFolder::open(&path, false).unwrap();
@@ -562,20 +562,20 @@ mod tests {
             }
             std::fs::write(path.join("min.data"), "0 2 1 0 0 0\n1 2 1 0 0 0\n").unwrap();
             std::fs::write(path.join("ts.data"), "2 1 1 1 2 0 0 0\n").unwrap();
-            let states = NetworkOfStates::open(&path, &GroupSettings::default()).unwrap();
+            let states = NetworkOfStates::open(&path, &FamilySettings::default()).unwrap();
             let free = states.network_of(&states.database);
             let networks = [&states.network, &free];
             let [told, of_free] = networks.map(|network| network[EdgeIndex::new(0)].evidence);
             assert_eq!(told, of_free);
-            // The groups are those that the landscape records. The pass lies 1 above the higher minimum.
+            // The families are those that the landscape records. The pass lies 1 above the higher minimum.
             let recorded = path.join("landscape.json").is_file();
-            assert_eq!(states.groups.members.len() == 1, recorded, "{name}");
-            let none = GroupSettings {
+            assert_eq!(states.families.members.len() == 1, recorded, "{name}");
+            let none = FamilySettings {
                 barrier: Some(0.5),
-                ..GroupSettings::default()
+                ..FamilySettings::default()
             };
             let parted = NetworkOfStates::open(&path, &none).unwrap();
-            assert_eq!(parted.groups.members.len(), 2, "{name}");
+            assert_eq!(parted.families.members.len(), 2, "{name}");
             told
         };
         let own = json!({ "surface": "muller-brown" });

@@ -10,8 +10,8 @@ use super::build::{GraspLandscape, Growth};
 use super::connected::ConnectedPair;
 use super::drawing::{Titles, Views, not_drawn};
 use super::error::StudyError;
-use super::group_names::{GroupName, group_names};
-use super::level::{GroupLevel, letting_go};
+use super::family_names::{FamilyName, family_names};
+use super::level::{FamilyLevel, letting_go};
 use super::tables::{Input, Mapped, upper_bounds};
 use super::uncertainty::{self, GRASPS, Uncertainty};
 use super::ways::Way;
@@ -122,11 +122,11 @@ impl GraspReport<'_> {
         let (mapped, titles) = (self.mapped(), self.titles());
         let merges = mapped.landscape.merges();
         let uncertainty = Uncertainty::of(mapped.landscape, GRASPS);
-        let names = group_names(&mapped, self.energy);
+        let names = family_names(&mapped, self.energy);
         let files = self.files(&mapped, &merges, &uncertainty, &names);
         let difference = CURVATURE_STEP * self.found.settings.path.max_step;
         let database = Database::from_landscape(self.energy, mapped.landscape, difference);
-        let spelled = names.iter().map(|group| group.name.clone()).collect();
+        let spelled = names.iter().map(|family| family.name.clone()).collect();
         mapped.draw(&titles, Views::default(), &database, spelled, folder)?;
         uncertainty.unseen.draw(&titles.title, folder)?;
         let mut inputs = vec![self.source.clone()];
@@ -154,7 +154,7 @@ impl GraspReport<'_> {
 
     /// How many different grasps and families there are, and how many further grasps would be of one of these.
     fn headline(&self, minima: usize, uncertainty: &Uncertainty) -> String {
-        let families = self.found.landscape.groups.members.len();
+        let families = self.found.landscape.families.members.len();
         let further = match uncertainty.unseen.coverage() {
             Some(share) => format!("{share} further grasps would be of a known family"),
             None => {
@@ -178,12 +178,12 @@ impl GraspReport<'_> {
         mapped: &Mapped<'_>,
         merges: &[Merge],
         uncertainty: &Uncertainty,
-        names: &[GroupName],
+        names: &[FamilyName],
     ) -> LandscapeFiles {
         let found = self.found;
         let mut findings = mapped.findings(merges, uncertainty);
         let mut tell = |name: &str, value| findings.insert(name.to_owned(), value);
-        tell("group_names", json(names));
+        tell("family_names", json(names));
         tell("method", method(found.arrivals.is_some()).into());
         if let Some(arrivals) = &found.arrivals {
             tell("arrivals", json(arrivals));
@@ -250,14 +250,14 @@ impl GraspReport<'_> {
         mapped: &Mapped<'_>,
         merges: &[Merge],
         uncertainty: &Uncertainty,
-        (files, names): (&LandscapeFiles, &[GroupName]),
+        (files, names): (&LandscapeFiles, &[FamilyName]),
     ) -> String {
         let manifest = &files.manifest;
         let mut lines = self.overview(files, merges, uncertainty);
         let notes = manifest.warnings.iter().cloned();
         let notes = notes.chain(not_drawn(files.minima.len()));
         lines.extend(notes.map(|note| format!("Note: {note}.\n")));
-        lines.extend(largest_groups(mapped, names));
+        lines.extend(largest_families(mapped, names));
         lines.extend(upper_bounds(merges));
         lines.push(format!(
             "\nMade by `{}`, landscape {}.\n",
@@ -284,10 +284,10 @@ impl GraspReport<'_> {
             ),
             format!("{}\n", self.headline(files.minima.len(), uncertainty)),
             format!(
-                "- **different grasps** are the minima of the energy ({}), and **families** are groups of them ({}): {}",
+                "- **different grasps** are the minima of the energy ({}), and **families** are sets of them ({}): {}",
                 files.minima.len(),
-                found.landscape.groups.members.len(),
-                self.rule_of_groups()
+                found.landscape.families.members.len(),
+                self.rule_of_families()
             ),
             format!(
                 "- attraction–diffusion chains: temperature T = {:.4}, pull F = {:.0}/m, F/T = α = {:.0}/m; {}",
@@ -332,23 +332,23 @@ impl GraspReport<'_> {
         )
     }
 
-    /// How the groups were made.
-    fn rule_of_groups(&self) -> String {
+    /// How the families were made.
+    fn rule_of_families(&self) -> String {
         let found = self.found;
-        let barrier = found.landscape.groups.barrier;
+        let barrier = found.landscape.families.barrier;
         if found.arrivals.is_some() {
             return format!(
                 "assigned one by one, in the order of the grasps, by sequential ADELM; greatest relative raw barrier {barrier:.3}"
             );
         }
-        let groups = &found.settings.groups;
-        let usual = GroupLevel::default_of(self.energy.settings());
-        let why = match groups.barrier {
+        let families = &found.settings.families;
+        let usual = FamilyLevel::default_of(self.energy.settings());
+        let why = match families.barrier {
             Some(given) => match usual {
                 Some(level) if level.barrier.to_bits() == given.to_bits() => {
                     "what it costs to put one resting phalanx on the object"
                 }
-                _ => "as given with --group-barrier",
+                _ => "as given with --family-barrier",
             },
             None => "chosen",
         };
@@ -421,17 +421,18 @@ fn input(grasp: &GraspRow) -> Input {
     }
 }
 
-fn largest_groups(mapped: &Mapped<'_>, names: &[GroupName]) -> Vec<String> {
+fn largest_families(mapped: &Mapped<'_>, names: &[FamilyName]) -> Vec<String> {
     let lowest = |members: &[MinimumId]| {
         let energies = members
             .iter()
             .map(|id| mapped.landscape.network[NodeIndex::new(id.0)].energy);
         energies.fold(f64::INFINITY, f64::min)
     };
-    let mut groups: Vec<(&GroupName, f64)> = (names.iter().zip(&mapped.landscape.groups.members))
-        .map(|(name, members)| (name, lowest(members)))
-        .collect();
-    groups.sort_by_key(|(name, _)| (std::cmp::Reverse(name.grasps), name.group));
+    let mut families: Vec<(&FamilyName, f64)> =
+        (names.iter().zip(&mapped.landscape.families.members))
+            .map(|(name, members)| (name, lowest(members)))
+            .collect();
+    families.sort_by_key(|(name, _)| (std::cmp::Reverse(name.grasps), name.family));
     let mut lines = vec![
         "## Largest families\n".to_owned(),
         "A name gives the most frequent type and its share, what touches the object in most grasps, and, where two thirds \
@@ -439,7 +440,7 @@ fn largest_groups(mapped: &Mapped<'_>, names: &[GroupName]) -> Vec<String> {
             .to_owned(),
         "| family | name | different grasps | grasps | lowest energy |\n|---|---|---|---|---|".to_owned(),
     ];
-    lines.extend(groups.into_iter().take(12).map(|(name, energy)| {
+    lines.extend(families.into_iter().take(12).map(|(name, energy)| {
         let share = match &name.label {
             Some(_) => format!(" ({:.0} %)", 100.0 * name.label_share),
             None => String::new(),
@@ -450,7 +451,7 @@ fn largest_groups(mapped: &Mapped<'_>, names: &[GroupName]) -> Vec<String> {
         };
         format!(
             "| g{} | {told} | {} | {} | {energy:.3} |",
-            name.group, name.minima, name.grasps
+            name.family, name.minima, name.grasps
         )
     }));
     lines

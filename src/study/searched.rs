@@ -135,7 +135,7 @@ mod tests {
     use crate::study::{StudyRun, search_surface};
     use crate::thermal::Superposition;
     use crate::topography::exchange::Database;
-    use crate::topography::{GroupSettings, in_box};
+    use crate::topography::{FamilySettings, in_box};
 
     /// (x² − 1)² + y²/2.
     struct Wells(Euclidean);
@@ -180,7 +180,8 @@ mod tests {
             pair: None,
         };
         let run = StudyRun::default();
-        let mut found = search_surface(&subject, &search, &GroupSettings::default(), &run).unwrap();
+        let mut found =
+            search_surface(&subject, &search, &FamilySettings::default(), &run).unwrap();
         found.shown_as(&|u| boxed.point(u), &shown, &settings);
         found
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::level::{GroupLevel, ROUGHNESS, letting_go};
+use super::level::{FamilyLevel, ROUGHNESS, letting_go};
 use crate::grasp::{EnergySettings, GraspEnergy};
 use crate::topography::{
     ChainSettings, LoweringSettings, MapSettings, MatchTolerance, PathSettings, Run,
@@ -25,7 +25,7 @@ pub(super) const TEMPERATURE: f64 = 0.5 * ROUGHNESS;
 
 /// Settings of [`build_landscape`](crate::topography::build_landscape) for the grasps of a hand, as in `landscape build`.
 /// Lengths are centimetres. Minima that differ by less than the spacing of the hand's surface points are one grasp. The cost
-/// of letting go sets the tolerances of energies and the level of groups ([`GroupLevel::default_of`]).
+/// of letting go sets the tolerances of energies and the level of families ([`FamilyLevel::default_of`]).
 pub fn settings_for_grasps(energy: &GraspEnergy) -> MapSettings {
     map_of(energy.settings())
 }
@@ -77,14 +77,14 @@ pub(super) fn map_of(energy: &EnergySettings) -> MapSettings {
         roughness: ROUGHNESS * cost,
         ..settings.path
     };
-    settings.groups.barrier = GroupLevel::default_of(energy).map(|level| level.barrier);
+    settings.families.barrier = FamilyLevel::default_of(energy).map(|level| level.barrier);
     settings
 }
 
 /// Settings of [`map_population`](super::map_population).
 #[derive(Debug, Clone)]
 pub struct GraspMapSettings {
-    /// Neighbours, descents, paths, groups and seed. Its temperature and force are used only if no better ones are found.
+    /// Neighbours, descents, paths, families and seed. Its temperature and force are used only if no better ones are found.
     pub map: MapSettings,
     /// Temperature T of attraction–diffusion. `None`: the usual one of the energy.
     pub temperature: Option<f64>,

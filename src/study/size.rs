@@ -154,7 +154,7 @@ fn span_m(hand: &Hand) -> f64 {
             for _ in 0..ROUNDS {
                 let before_m = widest_m;
                 for (number, joint) in hand.joints.iter().enumerate() {
-                    let [low, high] = joint.limits_rad;
+                    let [low, high] = joint.limits;
                     let mut best = pose[first + number];
                     for share in TRIED {
                         pose[first + number] = low + share * (high - low);

@@ -22,7 +22,7 @@ use crate::space::Copies;
 use crate::store::{AtomicFolder, Counts, LandscapeFiles, Manifest, Source, StationaryRow};
 use crate::topography::exchange::{Database, points};
 use crate::topography::{
-    Audit, Coverage, Doubt, Exploration, GroupSettings, Landscape, LowestReport, Merge, SearchEnd,
+    Audit, Coverage, Doubt, Exploration, FamilySettings, Landscape, LowestReport, Merge, SearchEnd,
     SearchSettings, TransitionState, Verdict, explore_from, explore_lowest,
 };
 
@@ -95,7 +95,7 @@ impl std::fmt::Debug for SurfaceReport<'_> {
 /// use landscape::energy::model;
 /// use landscape::store::{AtomicFolder, Source};
 /// use landscape::study::{StudyRun, Subject, SurfaceReport, SurfaceSearch, search_surface};
-/// use landscape::topography::{GroupSettings, SearchSettings, in_box};
+/// use landscape::topography::{FamilySettings, SearchSettings, in_box};
 ///
 /// let surface = model::named(&["muller-brown".to_owned()])?;
 /// let subject = Subject {
@@ -108,9 +108,9 @@ impl std::fmt::Debug for SurfaceReport<'_> {
 /// };
 /// let draw = in_box(&subject.low, &subject.high);
 /// let settings = SearchSettings::measured(subject.energy, &draw, 0);
-/// let groups = GroupSettings::default();
+/// let families = FamilySettings::default();
 /// let search = SurfaceSearch { settings: &settings, lowest: None, known: &[], pair: None };
-/// let searched = search_surface(&subject, &search, &groups, &StudyRun::default())?;
+/// let searched = search_surface(&subject, &search, &families, &StudyRun::default())?;
 /// let found = &searched.found;
 /// assert_eq!((found.minima.len(), found.saddles.len()), (3, 2));
 ///
@@ -133,7 +133,7 @@ impl std::fmt::Debug for SurfaceReport<'_> {
 pub fn search_surface(
     subject: &Subject<'_>,
     search: &SurfaceSearch<'_>,
-    groups: &GroupSettings,
+    families: &FamilySettings,
     run: &StudyRun<'_>,
 ) -> Result<Searched, StudyError> {
     let draw = in_region(subject.energy.space(), (&subject.low, &subject.high));
@@ -161,7 +161,7 @@ pub fn search_surface(
             ends: format!("({}){why}", told_ends(&found)),
         });
     }
-    let landscape = found.landscape(subject.energy, groups);
+    let landscape = found.landscape(subject.energy, families);
     Ok(Searched {
         found,
         landscape,
@@ -525,19 +525,19 @@ impl SurfaceReport<'_> {
             .distinct_saddles()
             .filter(|saddle| saddle.ends[0] == saddle.ends[1]);
         // Pairs far above the lowest minima, which were met by the way, hang in the air.
-        let groups = &self.landscape.groups;
+        let families = &self.landscape.families;
         let components = match self.lowest {
             Some(_) => String::new(),
             None => format!(
                 "; {}; {}",
                 counted(found.components(), "component"),
-                if found.minima.len() > 1 && groups.members.len() == found.minima.len() {
-                    "no groups, since no height divides the barriers".to_owned()
+                if found.minima.len() > 1 && families.members.len() == found.minima.len() {
+                    "no families, since no height divides the barriers".to_owned()
                 } else {
                     format!(
                         "{} (relative barrier up to {})",
-                        counted(groups.members.len(), "group"),
-                        Digits::of([groups.barrier]).show(groups.barrier)
+                        counted(families.members.len(), "family"),
+                        Digits::of([families.barrier]).show(families.barrier)
                     )
                 }
             ),

@@ -27,7 +27,7 @@ const CURVATURE_STEP: f64 = 1e-4;
 /// The landscape between given points, and how it was made.
 #[derive(Debug)]
 pub struct SurfaceMap {
-    /// Minima, connections, tree and groups.
+    /// Minima, connections, tree and families.
     pub landscape: Landscape,
     /// The settings, measured on the minima.
     pub settings: MapSettings,
@@ -232,7 +232,7 @@ impl SurfaceMapReport<'_> {
         ];
         if self.found.arrivals.is_some() {
             warnings.push(
-                "every height is that of a raw chain of attraction–diffusion, an upper bound; groups depend on the order of the \
+                "every height is that of a raw chain of attraction–diffusion, an upper bound; families depend on the order of the \
                  points (without `--search adelm` passes are sought)"
                     .to_owned(),
             );
@@ -258,8 +258,8 @@ impl SurfaceMapReport<'_> {
             counted(self.found.starts, "point"),
             counted(files.edges.len(), "pair"),
             counted(landscape.tree.roots.len(), "component"),
-            counted(landscape.groups.members.len(), "group"),
-            digits.show(landscape.groups.barrier),
+            counted(landscape.families.members.len(), "family"),
+            digits.show(landscape.families.barrier),
             counts.evaluations,
         );
         for (evidence, count) in &files.manifest.evidence {

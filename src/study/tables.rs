@@ -18,7 +18,7 @@ use crate::store::{
     write_attempts,
 };
 use crate::topography::exchange::{Database, Layout};
-use crate::topography::{self, Evidence, GroupSettings, Groups, Landscape, Merge, Network};
+use crate::topography::{self, Evidence, Families, FamilySettings, Landscape, Merge, Network};
 
 pub(super) struct Mapped<'a> {
     pub(super) landscape: &'a Landscape,
@@ -48,15 +48,15 @@ impl Mapped<'_> {
             .landscape
             .network
             .node_weights()
-            .zip(self.landscape.groups.group_of());
-        let row = |(id, (minimum, group)): (usize, (&topography::Minimum, usize))| {
+            .zip(self.landscape.families.family_of());
+        let row = |(id, (minimum, family)): (usize, (&topography::Minimum, usize))| {
             let members = || minimum.members.iter().map(|&row| &self.inputs[row]);
             MinimumRow {
                 id: id as u64,
                 energy: minimum.energy,
                 coordinates: minimum.coordinates.clone(),
                 members: members().map(|input| input.id).collect(),
-                group: group as u64,
+                family: family as u64,
                 labels: tally(members().filter_map(|input| input.label.as_deref()))
                     .into_iter()
                     .map(|(label, count)| (label, count as u64))
@@ -130,7 +130,7 @@ impl Mapped<'_> {
         let edges = self.edges();
         let counts = Counts {
             minima: self.landscape.network.node_count() as u64,
-            groups: self.landscape.groups.members.len() as u64,
+            families: self.landscape.families.members.len() as u64,
             pairs: edges.len() as u64,
             components: self.landscape.tree.roots.len() as u64,
             ..manifest.counts
@@ -138,7 +138,7 @@ impl Mapped<'_> {
         LandscapeFiles {
             manifest: Manifest {
                 program_version: env!("CARGO_PKG_VERSION").to_owned(),
-                group_barrier: Some(self.landscape.groups.barrier),
+                family_barrier: Some(self.landscape.families.barrier),
                 counts,
                 evidence: self.evidence(),
                 ..manifest
@@ -149,7 +149,7 @@ impl Mapped<'_> {
         }
     }
 
-    /// Manifest entries about merges and groups.
+    /// Manifest entries about merges and families.
     pub(super) fn findings(
         &self,
         merges: &[Merge],
@@ -162,7 +162,7 @@ impl Mapped<'_> {
             ("median_merge_depth", json(depth)),
             ("evidence_of_merges", json(evidence)),
             ("dominating_terms_of_merges", json(terms)),
-            ("group_scan", json(&self.landscape.groups.scan)),
+            ("family_scan", json(&self.landscape.families.scan)),
             ("merges", json(&uncertainty.merges)),
             ("searches", json(&uncertainty.searches)),
             ("rarefaction", uncertainty.unseen.to_json()),
@@ -185,7 +185,7 @@ impl Mapped<'_> {
         titles: &Titles,
         views: Views,
         database: &Database,
-        group_names: Vec<String>,
+        family_names: Vec<String>,
         folder: &AtomicFolder,
     ) -> Result<(), StudyError> {
         let network = &self.landscape.network;
@@ -198,8 +198,8 @@ impl Mapped<'_> {
         write_attempts(&self.landscape.attempts.list, folder)?;
         let drawing = Drawing {
             attempts: Some(&self.landscape.attempts),
-            group_of: self.landscape.groups.group_of(),
-            group_names,
+            family_of: self.landscape.families.family_of(),
+            family_names,
             views,
             ..Drawing::new(network, &self.landscape.tree, leaves.collect(), titles)
         };
@@ -207,22 +207,22 @@ impl Mapped<'_> {
     }
 }
 
-/// Group numbers (without gaps) of the minima of a finished landscape, from the file or at another barrier.
-pub(crate) fn group_of(
+/// Family numbers (without gaps) of the minima of a finished landscape, from the file or at another barrier.
+pub(crate) fn family_of(
     files: &LandscapeFiles,
     network: &Network,
     barrier: Option<f64>,
 ) -> Vec<usize> {
     if let Some(barrier) = barrier {
-        let groups = Groups::below(network, barrier, GroupSettings::default().worst);
-        return groups.group_of();
+        let families = Families::below(network, barrier, FamilySettings::default().worst);
+        return families.family_of();
     }
-    let mut names: Vec<u64> = files.minima.iter().map(|minimum| minimum.group).collect();
+    let mut names: Vec<u64> = files.minima.iter().map(|minimum| minimum.family).collect();
     names.sort_unstable();
     names.dedup();
     let places = files.minima.iter();
     places
-        .map(|minimum| names.partition_point(|name| *name < minimum.group))
+        .map(|minimum| names.partition_point(|name| *name < minimum.family))
         .collect()
 }
 

@@ -16,7 +16,7 @@ use crate::thermal::{
     Funnels, SAME, Superposition, count_superbasins, frustration, range_of_energies, superbasins,
 };
 use crate::topography::exchange::Database;
-use crate::topography::{Evidence, Groups, Tree};
+use crate::topography::{Evidence, Families, Tree};
 
 /// Greatest number of superbasins whose occupation is drawn.
 const DRAWN: usize = 8;
@@ -190,7 +190,7 @@ impl<'a> Thermodynamics<'a> {
             put(name, &sheet.encode(name.as_ref())?)?;
         }
         let network = self.states.network_of(&self.free);
-        let groups = Groups::below(&network, self.states.groups.barrier, Evidence::Path);
+        let families = Families::below(&network, self.states.families.barrier, Evidence::Path);
         let titles = Titles::of_free_energies(&self.states.name, self.free_energy_at);
         let mut leaves = leaves_of(&network);
         if leaves.len() <= MOST_NAMED {
@@ -202,7 +202,7 @@ impl<'a> Thermodynamics<'a> {
         }
         let tree = Tree::from_network(&network, Evidence::Chain);
         let drawing = Drawing {
-            group_of: groups.group_of(),
+            family_of: families.family_of(),
             ..Drawing::new(&network, &tree, leaves, &titles)
         };
         drawing.write(put)?;
@@ -287,13 +287,16 @@ impl<'a> Thermodynamics<'a> {
             let shares = self.curves.iter().map(|at| at.occupation[superbasin]);
             shares.fold(0.0, f64::max)
         };
-        let mut groups: Vec<(usize, f64)> = (0..self.superbasins.len())
-            .map(|group| (group, most(group)))
+        let mut ranked: Vec<(usize, f64)> = (0..self.superbasins.len())
+            .map(|superbasin| (superbasin, most(superbasin)))
             .filter(|(_, most)| *most >= NOTABLE)
             .collect();
-        groups.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-        groups.truncate(DRAWN);
-        groups.into_iter().map(|(group, _)| group).collect()
+        ranked.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        ranked.truncate(DRAWN);
+        ranked
+            .into_iter()
+            .map(|(superbasin, _)| superbasin)
+            .collect()
     }
 
     fn chart(&self) -> Chart {
@@ -306,13 +309,18 @@ impl<'a> Thermodynamics<'a> {
         capacity
             .extend((self.peaks.iter()).map(|peak| Series::new(Mark::Vertical(peak[0])).dashed()));
         let mut occupation: Vec<Series> = (self.notable().into_iter())
-            .map(|group| {
-                let name = format!("funnel of m{}", self.bottom(group));
-                Series::line(line(&|at| at.occupation[group])).named(&name)
+            .map(|superbasin| {
+                let name = format!("funnel of m{}", self.bottom(superbasin));
+                Series::line(line(&|at| at.occupation[superbasin])).named(&name)
             })
             .collect();
         let shown = self.notable();
-        let others = line(&|at| 1.0 - shown.iter().map(|group| at.occupation[*group]).sum::<f64>());
+        let others = line(&|at| {
+            1.0 - shown
+                .iter()
+                .map(|superbasin| at.occupation[*superbasin])
+                .sum::<f64>()
+        });
         if others.iter().any(|point| point[1] >= NOTABLE) {
             occupation.push(Series::line(others).named("all others").dashed());
         }
@@ -419,8 +427,8 @@ impl<'a> Thermodynamics<'a> {
             text.push_str("\n- The heat capacity has no peak in this range.\n");
         }
         let notable = self.notable();
-        let funnels = notable.iter().flat_map(|group| {
-            let bottom = self.bottom(*group);
+        let funnels = notable.iter().flat_map(|superbasin| {
+            let bottom = self.bottom(*superbasin);
             [format!("funnel of m{bottom}"), format!("m{bottom} alone")]
         });
         let funnels: Vec<String> = funnels.collect();
@@ -441,7 +449,7 @@ impl<'a> Thermodynamics<'a> {
             ];
             let shares = notable
                 .iter()
-                .flat_map(|group| [at.occupation[*group], at.bottoms[*group]]);
+                .flat_map(|superbasin| [at.occupation[*superbasin], at.bottoms[*superbasin]]);
             row.extend(shares.map(|share| format!("{share:.3}")));
             row
         });
@@ -549,7 +557,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("min.data"), minima).unwrap();
         std::fs::write(folder.path().join("ts.data"), transition_states).unwrap();
-        NetworkOfStates::open(folder.path(), &crate::topography::GroupSettings::default()).unwrap()
+        NetworkOfStates::open(folder.path(), &crate::topography::FamilySettings::default()).unwrap()
     }
 
     /// Energies in another unit give the same curves.

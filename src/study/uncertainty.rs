@@ -1,4 +1,4 @@
-//! Reported uncertainties: support of merges, what the searches found, unseen groups.
+//! Reported uncertainties: support of merges, what the searches found, unseen families.
 
 use std::collections::BTreeMap;
 
@@ -43,13 +43,13 @@ pub(super) struct Uncertainty {
     pub(super) merges: Vec<MergeRow>,
     /// What the searches did.
     pub(super) searches: SearchCounts,
-    /// Groups and minima that the inputs did not show.
+    /// Families and minima that the inputs did not show.
     pub(super) unseen: Unseen,
 }
 
 impl Uncertainty {
     /// The uncertainties of a landscape made from `inputs`, named in the plural. Where these are [`GRASPS`], minima are called
-    /// different grasps, and their groups families.
+    /// different grasps.
     pub(super) fn of(landscape: &Landscape, inputs: &'static str) -> Self {
         Self {
             merges: merges(landscape),
@@ -138,11 +138,11 @@ pub(super) fn lines(uncertainty: &Uncertainty) -> Vec<String> {
     lines
 }
 
-/// Rarefaction of groups and minima over the inputs.
+/// Rarefaction of families and minima over the inputs.
 #[derive(Debug)]
 pub(super) struct Unseen {
     inputs: &'static str,
-    groups: Rarefaction,
+    families: Rarefaction,
     minima: Rarefaction,
 }
 
@@ -151,20 +151,20 @@ impl Unseen {
         let sizes: Vec<usize> = (landscape.network.node_weights())
             .map(|minimum| minimum.members.len())
             .collect();
-        let groups = landscape.groups.members.iter();
-        let groups: Vec<usize> = groups
+        let families = landscape.families.members.iter();
+        let families: Vec<usize> = families
             .map(|members| members.iter().map(|id| sizes[id.0]).sum())
             .collect();
         Self {
             inputs,
-            groups: Rarefaction::new(&groups, POINTS),
+            families: Rarefaction::new(&families, POINTS),
             minima: Rarefaction::new(&sizes, POINTS),
         }
     }
 
     pub(super) fn to_json(&self) -> serde_json::Value {
         json(BTreeMap::from([
-            ("groups", &self.groups),
+            ("families", &self.families),
             ("minima", &self.minima),
         ]))
     }
@@ -172,23 +172,23 @@ impl Unseen {
     /// The chance that one more grasp falls into a known family, in whole grasps of a hundred, if it can be estimated:
     /// `about 98 of 100`, `at least 90 of 100`.
     pub(super) fn coverage(&self) -> Option<String> {
-        let coverage = self.groups.estimate?.coverage;
+        let coverage = self.families.estimate?.coverage;
         Some(format!(
             "{} of 100",
-            share_known(coverage, self.groups.members as f64)
+            share_known(coverage, self.families.members as f64)
         ))
     }
 
     fn line(&self) -> String {
-        let [group, groups, minimum] = if self.inputs == GRASPS {
-            ["family", "families", "grasp"]
+        let minimum = if self.inputs == GRASPS {
+            "grasp"
         } else {
-            ["group", "groups", "minimum"]
+            "minimum"
         };
-        let (Some(seen), Some(minima)) = (self.groups.estimate, self.minima.estimate) else {
+        let (Some(seen), Some(minima)) = (self.families.estimate, self.minima.estimate) else {
             return format!(
-                "- {groups} still unseen: {} {} are too few to estimate it (at least {LEAST_MEMBERS} are needed)",
-                self.groups.members, self.inputs
+                "- families still unseen: {} {} are too few to estimate it (at least {LEAST_MEMBERS} are needed)",
+                self.families.members, self.inputs
             );
         };
         let [low, high] = seen.unseen_interval;
@@ -203,11 +203,11 @@ impl Unseen {
             )
         };
         format!(
-            "- {groups} still unseen: {unseen}; one more of the {} falls into a known {group} with a chance of {} %, into a \
+            "- families still unseen: {unseen}; one more of the {} falls into a known family with a chance of {} %, into a \
              known {minimum} with {} % (estimates of Chao, Good and Turing). This takes the {} for independent draws: if they \
              were chosen to be spread, it is too pessimistic",
             self.inputs,
-            share_known(seen.coverage, self.groups.members as f64),
+            share_known(seen.coverage, self.families.members as f64),
             share_known(minima.coverage, self.minima.members as f64),
             self.inputs
         )
@@ -215,7 +215,7 @@ impl Unseen {
 
     /// Draws `rarefaction.svg` and `.png`.
     pub(super) fn draw(&self, title: &str, folder: &AtomicFolder) -> Result<(), StudyError> {
-        let curves = [("groups", &self.groups), ("minima", &self.minima)];
+        let curves = [("families", &self.families), ("minima", &self.minima)];
         let canvas = rarefaction_chart(title, self.inputs, &curves).draw()?;
         for name in ["rarefaction.svg", "rarefaction.png"] {
             folder.write(name, &canvas.encode(name.as_ref())?)?;
@@ -246,7 +246,7 @@ mod tests {
         let rarefaction = || Rarefaction::new(sizes, POINTS);
         Unseen {
             inputs: GRASPS,
-            groups: rarefaction(),
+            families: rarefaction(),
             minima: rarefaction(),
         }
     }

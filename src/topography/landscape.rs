@@ -1,11 +1,11 @@
-//! A mapped landscape: its minima, connections, tree and groups.
+//! A mapped landscape: its minima, connections, tree and families.
 
 use std::collections::BTreeMap;
 
 use petgraph::graph::NodeIndex;
 
 use super::barrier::Connection;
-use super::groups::Groups;
+use super::families::Families;
 use super::network::{Evidence, Minimum, MinimumId, Network};
 use super::support::Attempts;
 use super::tree::Tree;
@@ -29,8 +29,8 @@ pub struct Landscape {
     pub connections: Vec<Connection>,
     /// Merge tree over every finite connection.
     pub tree: Tree,
-    /// Groups, see [`Groups::new`].
-    pub groups: Groups,
+    /// Families, see [`Families::new`].
+    pub families: Families,
     /// Given points that are no minima; they are not in the map.
     pub rejected: Vec<NoMinimum>,
     /// Minima found by descents from passes but not given, lowest first, without members. Merge heights are right without

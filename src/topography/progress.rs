@@ -22,7 +22,7 @@ pub enum Phase {
     Retry,
     /// Choosing temperature and force of the chains.
     Choose,
-    /// Assigning minima to groups one by one.
+    /// Assigning minima to families one by one.
     Assign,
     /// Searching for lower ways across the merges of the tree.
     Cross,

@@ -13,7 +13,7 @@ use super::Phase;
 use super::adelm::{Chain, ChainSettings, chain};
 use super::barrier::{Connection, Start};
 use super::build::by_energy;
-use super::groups::Groups;
+use super::families::Families;
 use super::journal::{JournalError, Run, bits};
 use super::landscape::Landscape;
 use super::minima::MatchTolerance;
@@ -38,7 +38,7 @@ pub struct SequentialSettings {
     pub quench: QuenchSettings,
     /// Tolerance within which two minima are the same.
     pub sameness: MatchTolerance,
-    /// Whether to stop chains and skip pairs that can change neither groups nor tree. A chain of the tree stage stops above
+    /// Whether to stop chains and skip pairs that can change neither families nor tree. A chain of the tree stage stops above
     /// the lowest known path between its ends, and any chain stops above the lowest chain of its pair. A pair is skipped if
     /// it is already joined at the energy of its higher minimum. Stopped chains count as not arrived.
     pub pruned: bool,
@@ -71,7 +71,7 @@ pub struct Sequential {
     /// Minima sorted by energy. The edges join each minimum to the representative it was assigned to (at that time) and
     /// representatives to each other. All are raw chains ([`Evidence::Chain`]).
     pub landscape: Landscape,
-    /// Lowest member of each group, in the order of `landscape.groups`.
+    /// Lowest member of each family, in the order of `landscape.families`.
     pub representatives: Vec<MinimumId>,
     /// Minima in their order of arrival.
     pub arrivals: Vec<MinimumId>,
@@ -79,14 +79,14 @@ pub struct Sequential {
 
 /// Maps `minima`, given in order of arrival, by sequential ADELM.
 ///
-/// *Burn-in.* Every new minimum exchanges one chain in each direction with the representative of each group. It joins the
-/// group with the lowest barrier reached, and becomes its representative if it is lower. If no chain arrives, it founds a
-/// new group. *Tree stage.* Every pair of representatives is joined by the lowest barrier of all chains of a schedule of
+/// *Burn-in.* Every new minimum exchanges one chain in each direction with the representative of each family. It joins the
+/// family with the lowest barrier reached, and becomes its representative if it is lower. If no chain arrives, it founds a
+/// new family. *Tree stage.* Every pair of representatives is joined by the lowest barrier of all chains of a schedule of
 /// forces, in both directions.
 ///
-/// The groups depend on the order of arrival, on T and F, and on the seed, and barriers are only upper bounds.
+/// The families depend on the order of arrival, on T and F, and on the seed, and barriers are only upper bounds.
 /// [`build_landscape`](super::build_landscape) has none of these drawbacks; this function is for comparison with published
-/// maps. It runs 2 L chains for each minimum, for L groups, and up to L (L − 1) times the schedule at the end.
+/// maps. It runs 2 L chains for each minimum, for L families, and up to L (L − 1) times the schedule at the end.
 ///
 /// # Errors
 /// If the journal of `run` cannot store a record.
@@ -106,11 +106,11 @@ pub fn sequential(
     };
     let mut known: BTreeMap<(usize, usize), Contact> = BTreeMap::new();
     let mut evaluations = 0;
-    // Representative and members of each group.
-    let mut groups: Vec<(usize, Vec<usize>)> = Vec::new();
+    // Representative and members of each family.
+    let mut families: Vec<(usize, Vec<usize>)> = Vec::new();
     let tally = run.tally(Phase::Assign, minima.len());
     for new in 0..minima.len() {
-        let contacts: Vec<Contact> = groups
+        let contacts: Vec<Contact> = families
             .par_iter()
             .map(|(representative, _)| {
                 builder.contact(Stage::BurnIn, (*representative, new), f64::INFINITY)
@@ -124,21 +124,21 @@ pub fn sequential(
             .iter()
             .enumerate()
             .filter(|(_, found)| found.reached());
-        // Of equal barriers the first one, which is the older group.
+        // Of equal barriers the first one, which is the older family.
         let nearest = reached.min_by(|a, b| a.1.barrier.total_cmp(&b.1.barrier));
-        if let Some((group, contact)) = nearest {
-            let (representative, members) = &mut groups[group];
+        if let Some((family, contact)) = nearest {
+            let (representative, members) = &mut families[family];
             known.insert((*representative, new), contact.clone());
             members.push(new);
             if minima[new].energy < minima[*representative].energy {
                 *representative = new;
             }
         } else {
-            groups.push((new, vec![new]));
+            families.push((new, vec![new]));
         }
         tally.tick();
     }
-    let representatives: Vec<usize> = groups
+    let representatives: Vec<usize> = families
         .iter()
         .map(|(representative, _)| *representative)
         .collect();
@@ -148,7 +148,7 @@ pub fn sequential(
         .collect();
     let pairs = nearest_first(energy.space(), minima, pairs);
     evaluations += builder.tree_stage(&pairs, &mut known)?;
-    Ok(builder.outcome(&groups, known, evaluations))
+    Ok(builder.outcome(&families, known, evaluations))
 }
 
 /// Sorts pairs by distance. Near pairs have low passes, so joining them first lets more of the others be skipped.
@@ -342,7 +342,7 @@ impl SequentialBuilder<'_> {
     /// The network of the contacts, sorted by energy.
     fn outcome(
         &self,
-        groups: &[(usize, Vec<usize>)],
+        families: &[(usize, Vec<usize>)],
         known: BTreeMap<(usize, usize), Contact>,
         evaluations: usize,
     ) -> Sequential {
@@ -360,36 +360,36 @@ impl SequentialBuilder<'_> {
             .collect();
         connections.sort_by_key(|connection| (connection.from, connection.to));
         let mut barrier: f64 = 0.0;
-        let mut group_of = vec![0; number.len()];
-        for (group, (_, members)) in groups.iter().enumerate() {
+        let mut family_of = vec![0; number.len()];
+        for (family, (_, members)) in families.iter().enumerate() {
             for member in members {
-                group_of[number[*member]] = group;
+                family_of[number[*member]] = family;
             }
         }
         for connection in &connections {
             let (from, to) = (connection.from.0, connection.to.0);
             let edge = connection.edge.clone();
-            if group_of[from] == group_of[to] {
+            if family_of[from] == family_of[to] {
                 // Minima are sorted by energy, so `to` is the higher one.
                 let above = network[NodeIndex::new(to)].energy;
                 barrier = barrier.max(edge.height - above);
             }
             network.add_edge(NodeIndex::new(from), NodeIndex::new(to), edge);
         }
-        let mut members: Vec<Vec<MinimumId>> = groups
+        let mut members: Vec<Vec<MinimumId>> = families
             .iter()
             .map(|(_, members)| members.iter().map(|m| MinimumId(number[*m])).collect())
             .collect();
-        for group in &mut members {
-            group.sort_unstable();
+        for family in &mut members {
+            family.sort_unstable();
         }
         members.sort_unstable();
         Sequential {
-            representatives: members.iter().map(|group| group[0]).collect(),
+            representatives: members.iter().map(|family| family[0]).collect(),
             arrivals: number.into_iter().map(MinimumId).collect(),
             landscape: Landscape {
                 tree: Tree::from_network(&network, Evidence::Chain),
-                groups: Groups {
+                families: Families {
                     barrier,
                     members,
                     scan: Vec::new(),

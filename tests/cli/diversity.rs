@@ -122,13 +122,13 @@ fn too_few_grasps_are_refused() {
 #[test]
 fn families_at_different_levels_are_not_compared() {
     let desk = Desk::empty();
-    desk.succeed("surface double-well 3 --group-barrier 0 --no-report -q -o wells.landscape");
+    desk.succeed("surface double-well 3 --family-barrier 0 --no-report -q -o wells.landscape");
     for (name, barrier) in [("even", 0.05), ("other", 0.1)] {
         let mut files = desk.landscape("wells.landscape");
         for (row, first) in files.minima.iter_mut().zip((0..).step_by(10)) {
             row.members = (first..first + 10).collect();
         }
-        files.manifest.group_barrier = Some(barrier);
+        files.manifest.family_barrier = Some(barrier);
         files.manifest.letting_go = Some(1.0);
         let folder = AtomicFolder::open(&desk.path(&format!("{name}.landscape")), true).unwrap();
         files.write(&folder).unwrap();
@@ -146,12 +146,12 @@ fn families_at_different_levels_are_not_compared() {
     ];
     assert_says(&notes, &expected);
     assert_says(&notes, &["even.landscape is not a landscape of grasps"]);
-    let note = "note: the groups of even.landscape";
+    let note = "note: the families of even.landscape";
     assert_says(
         &desk.print(&format!("diff {both}")),
-        &[note, "--group-barrier"],
+        &[note, "--family-barrier"],
     );
-    desk.succeed(&format!("diversity {both} --group-barrier 0 -q -o found"));
+    desk.succeed(&format!("diversity {both} --family-barrier 0 -q -o found"));
     let notes = desk.json("found.json")["notes"].to_string();
     assert!(!notes.contains("cannot be compared"), "{notes}");
 }

@@ -39,8 +39,8 @@ fn a_tiny_experiment() {
     assert_eq!(counts.minima, files.minima.len() as u64);
     assert_eq!(counts.pairs, files.edges.len() as u64);
     assert!((2..=counts.grasps).contains(&counts.minima));
-    assert!((1..=counts.minima).contains(&counts.groups));
-    assert!((1..=counts.groups).contains(&counts.components));
+    assert!((1..=counts.minima).contains(&counts.families));
+    assert!((1..=counts.families).contains(&counts.components));
     assert!(
         counts.pairs >= counts.minima - 1,
         "a spanning tree at least"
@@ -63,14 +63,14 @@ fn a_tiny_experiment() {
     );
 }
 
-/// Groups are made at what it costs to put one phalanx on the object. Three grasps are too few to estimate unseen groups.
-/// Pictures name groups as `inspect --path` does.
+/// Families are made at what it costs to put one phalanx on the object. Three grasps are too few to estimate unseen families.
+/// Pictures name families as `inspect --path` does.
 #[test]
-fn groups_of_grasps() {
+fn families_of_grasps() {
     let folder = landscape().path("g.landscape");
     let text = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
     let manifest: Value = serde_json::from_str(&text("landscape.json")).unwrap();
-    let barrier = manifest["group_barrier"].as_f64().unwrap();
+    let barrier = manifest["family_barrier"].as_f64().unwrap();
     assert!(
         barrier < manifest["letting_go"].as_f64().unwrap(),
         "{barrier}"
@@ -88,30 +88,31 @@ fn groups_of_grasps() {
     assert!(named.contains(">g0<"));
 }
 
-/// Every command that makes groups accepts a group barrier.
+/// Every command that makes families accepts a family barrier.
 #[test]
-fn groups_at_a_given_barrier() {
+fn families_at_a_given_barrier() {
     let desk = landscape();
     let out = Desk::empty();
     let folder = desk.path("g.landscape");
     let g = folder.display();
     let files = LandscapeFiles::read(&folder).unwrap();
-    let group_of =
-        |files: &LandscapeFiles| -> Vec<u64> { files.minima.iter().map(|row| row.group).collect() };
+    let family_of = |files: &LandscapeFiles| -> Vec<u64> {
+        files.minima.iter().map(|row| row.family).collect()
+    };
     let apart: Vec<u64> = (0..files.minima.len() as u64).collect();
     let grasps = desk.path("g.parquet");
     out.succeed(&format!(
-        "build {} --first 3 --group-barrier 1e9 --no-report -q -o one.landscape",
+        "build {} --first 3 --family-barrier 1e9 --no-report -q -o one.landscape",
         grasps.display()
     ));
     let built = out.landscape("one.landscape");
-    assert!(group_of(&built).iter().all(|group| *group == 0));
-    assert_eq!(built.manifest.group_barrier, Some(1e9));
-    assert_says(&built.manifest.command, &["--group-barrier 1"]);
-    // Drawn again at another barrier, as it would have been drawn at once, but for the names of the groups, which are those of
+    assert!(family_of(&built).iter().all(|family| *family == 0));
+    assert_eq!(built.manifest.family_barrier, Some(1e9));
+    assert_says(&built.manifest.command, &["--family-barrier 1"]);
+    // Drawn again at another barrier, as it would have been drawn at once, but for the names of the families, which are those of
     // the map.
-    out.succeed(&format!("draw {g} --group-barrier 1e9 -q -o view"));
-    out.succeed("draw one.landscape --group-barrier 1e9 -q -o again");
+    out.succeed(&format!("draw {g} --family-barrier 1e9 -q -o view"));
+    out.succeed("draw one.landscape --family-barrier 1e9 -q -o again");
     let text = |name: &str| out.text(name);
     let picture = text("one.landscape/disconnectivity.svg");
     assert_eq!(text("again/disconnectivity.svg"), picture);
@@ -124,19 +125,19 @@ fn groups_at_a_given_barrier() {
     assert!(!graph(&picture).is_empty());
     assert_eq!(graph(&text("view/disconnectivity.svg")), graph(&picture));
     out.add_database("data");
-    out.succeed("import data --group-barrier 0 --no-report");
+    out.succeed("import data --family-barrier 0 --no-report");
     let read = out.landscape("data.landscape");
-    assert_eq!(group_of(&read), apart);
-    out.succeed("surface double-well 1 --group-barrier 1e9 --no-report -q -o wells.landscape");
+    assert_eq!(family_of(&read), apart);
+    out.succeed("surface double-well 1 --family-barrier 1e9 --no-report -q -o wells.landscape");
     let wells = out.landscape("wells.landscape");
-    assert_eq!((wells.minima.len(), wells.manifest.counts.groups), (2, 1));
+    assert_eq!((wells.minima.len(), wells.manifest.counts.families), (2, 1));
     for line in [
         format!("draw {g} -o x"),
         format!("compare {g} -o x"),
         format!("build {} -o x", grasps.display()),
     ] {
-        let sentence = out.mistake(&format!("{line} --group-barrier -1"));
-        assert_says(&sentence, &["--group-barrier -1", "0 or more"]);
+        let sentence = out.mistake(&format!("{line} --family-barrier -1"));
+        assert_says(&sentence, &["--family-barrier -1", "0 or more"]);
     }
 }
 
@@ -219,7 +220,7 @@ fn first_lines_answer_the_question() {
     let (desk, brief) = built();
     let files = desk.landscape("g.landscape");
     let counts = files.manifest.counts;
-    let families = if counts.groups == 1 {
+    let families = if counts.families == 1 {
         "family"
     } else {
         "families"
@@ -227,7 +228,7 @@ fn first_lines_answer_the_question() {
     let headline = format!(
         "3 grasps of the human hand on ball are {} different ones in {} {families}; to estimate how many families are missing, \
          30 grasps are needed.",
-        counts.minima, counts.groups
+        counts.minima, counts.families
     );
     let first = brief.lines().next().unwrap();
     assert_eq!(first, format!("{headline} Open g.landscape/report.html"));

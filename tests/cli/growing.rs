@@ -174,7 +174,7 @@ fn what_cannot_grow_is_refused_in_one_sentence() {
         rough.parquet --onto old.landscape | old.landscape is a landscape of another energy
         g.parquet --onto surface.landscape | surface.landscape is a landscape of a surface
         g.parquet --onto order.landscape | order.landscape was made by sequential ADELM
-        g.parquet --search adelm --group-barrier 0.1 -o none | --group-barrier: the burn-in of `adelm` makes the groups
+        g.parquet --search adelm --family-barrier 0.1 -o none | --family-barrier: the burn-in of `adelm` makes the families
     ";
     for case in rows(cases) {
         let sentence = desk.early_mistake(&format!("build {}", case[0]));

@@ -22,11 +22,11 @@ const RUNS: &str = r#"
     synth | --object | @/half shell.obj | --scale | 0.8 | --thickness | 2.5 | -n | 2 | --steps | 1 | --keep | all
     synth | --from | @/-g.parquet | --perturb | 3 | --steps | 1 | --keep | all | --hand | @/own's hand.urdf
     synth | --object | @/one/shapes.toml | --config | @/two/shapes.toml | -n | 2 | --steps | 1 | --keep | all
-    build | @/held $1.parquet | --neighbours | 1 | --temperature | 0.02 | --pull | 40 | --group-barrier | 0.05 | --only-stable | --first | 3 | --seed | 5 | --object | ball | --config | @/map it's.toml
+    build | @/held $1.parquet | --neighbours | 1 | --temperature | 0.02 | --pull | 40 | --family-barrier | 0.05 | --only-stable | --first | 3 | --seed | 5 | --object | ball | --config | @/map it's.toml
     build | @/-g.parquet | --onto | @/it's old
     build | @/-g.parquet | --onto | @/it's old | --connect | m0 | 1
     build | @/-g.parquet | --first | 2 | --search | adelm | --config | @/map it's.toml | --hand | @/own's hand.urdf | --object | @/Kugel ü.obj
-    surface | muller-brown | --region=-1.6:1.2,-0.3:2 | --patience | 2 | --searches | 40 | --seed | 3 | --group-barrier | 0.5 | --config | @/search.toml
+    surface | muller-brown | --region=-1.6:1.2,-0.3:2 | --patience | 2 | --searches | 40 | --seed | 3 | --family-barrier | 0.5 | --config | @/search.toml
     surface | --command | python3 "waves it's.py" | --region | 0:6x2 | --coordinates | angles | --symmetries | @/own's copies.txt | --answer-seconds | 90 | --protocol | json | --searches | 20
     surface | --command | python3 pairs.py | --region=-1:1x9 | --coordinates | atoms | --elements | Ar2,Kr | --searches | 20
     surface | muller-brown | --search | lowest | --lowest | 3 | --searches | 64 | --budget | 2h | --from | @/known points.txt
@@ -34,12 +34,12 @@ const RUNS: &str = r#"
     import | @/t.csv | --hand | @/robot/urdf/own's hand.urdf | --hand-folder | @/robot | --mirror | --object | @/Kugel ü.obj | --scale | 1.25 | --name | my mug's | --mapping | @/m.toml
     import | @/my arrays | --hand | human | --object | ball
     import | @/t.csv | --hand | human | --object | @/half shell.obj | --scale | 1 | --thickness | 3
-    import | @/my data | --group-barrier | 0.1
+    import | @/my data | --family-barrier | 0.1
     label | @/-g.parquet | --from | @/l.csv | --rule | @/rule.toml | --hand | @/own's hand.urdf | --object | @/Kugel ü.obj
     join | @/-g.parquet | @/held $1.parquet | --hand | @/own's hand.urdf | --object | @/Kugel ü.obj
     stability | @/-g.parquet | --config | @/short.toml | --hand | @/own's hand.urdf | --object | @/Kugel ü.obj
     stability | @/one.parquet | --protocol | six-directions
-    survey | @/held $1.parquet | --only-stable | --first | 3 | --group-barrier | 0.05 | --config | @/map it's.toml | --seed | 5 | --object | ball
+    survey | @/held $1.parquet | --only-stable | --first | 3 | --family-barrier | 0.05 | --config | @/map it's.toml | --seed | 5 | --object | ball
     survey | @/-g.parquet | --no-map | --hand | @/own's hand.urdf
 "#;
 

@@ -17,14 +17,12 @@ fn joint_beyond_its_limit_as_published() {
     let (name, [_, upper]) = first_joint();
     let desk = Desk::with_grasps();
     let parts = Parts::of(&desk.path("g.parquet"));
-    let lists = change(&parts, "joints_rad", |row, values| {
+    let lists = change(&parts, "joints", |row, values| {
         if row == 1 {
             values[0] = upper + 0.58;
         }
     });
-    parts
-        .set("joints_rad", lists)
-        .write(&desk.path("g.parquet"));
+    parts.set("joints", lists).write(&desk.path("g.parquet"));
     let said = desk.succeed("build g.parquet --first 2 --no-report");
     let warning =
         format!("farthest is `{name}` in row 1, by 0.5800 rad; they are kept as they are");
@@ -260,5 +258,5 @@ fn first_joint() -> (String, [f64; 2]) {
     let desk = Desk::with_grasps();
     let file = desk.grasps("g.parquet");
     let hand = &file.metadata.hands[0];
-    (hand.joint_names[0].clone(), hand.limits_rad[0])
+    (hand.joint_names[0].clone(), hand.limits[0])
 }

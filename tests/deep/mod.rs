@@ -4,7 +4,7 @@ use std::io::Write as _;
 
 use landscape::figure::layout::{collapse, place};
 use landscape::space::Euclidean;
-use landscape::topography::view::{Levels, View, bottoms, grouped, restricted};
+use landscape::topography::view::{Levels, View, bottoms, network_of_families, restricted};
 use landscape::topography::{
     Ancestors, Edge, Evidence, MatchTolerance, MergeChange, Minimum, MinimumId, Network, Tree,
     TreeDifference, dot, graphml, newick, spanning_forest, tree_json,
@@ -136,13 +136,16 @@ fn exercise(network: &Network) {
     }
     assert_eq!(view.below(-1.0).tree.roots.len(), count);
     assert!(!bottoms(network, Evidence::Chain).is_empty());
-    for groups in [1, 1000, count] {
-        let group_of: Vec<usize> = (0..count).map(|minimum| minimum % groups).collect();
-        assert_eq!(grouped(network, &group_of).node_count(), groups);
-        let coarse = collapse(&tree, &group_of);
+    for families in [1, 1000, count] {
+        let family_of: Vec<usize> = (0..count).map(|minimum| minimum % families).collect();
         assert_eq!(
-            (coarse.roots.len(), coarse.nodes.len() > groups),
-            (1, groups > 1)
+            network_of_families(network, &family_of).node_count(),
+            families
+        );
+        let coarse = collapse(&tree, &family_of);
+        assert_eq!(
+            (coarse.roots.len(), coarse.nodes.len() > families),
+            (1, families > 1)
         );
     }
 }

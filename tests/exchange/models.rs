@@ -68,12 +68,12 @@ fn a_hand_comes_back_from_urdf() {
         };
         assert_eq!(told(&hand), told(&again), "{}", hand.name);
         for (one, two) in hand.joints.iter().zip(&again.joints) {
-            for (limit, other) in one.limits_rad.iter().zip(two.limits_rad) {
+            for (limit, other) in one.limits.iter().zip(two.limits) {
                 assert!((limit - other).abs() < 1e-12, "{}: {}", hand.name, one.name);
             }
         }
         for share in [0.0, 0.3, 0.5, 0.9, 1.0] {
-            let limits = hand.joints.iter().map(|joint| joint.limits_rad);
+            let limits = hand.joints.iter().map(|joint| joint.limits);
             let joints: Vec<f64> = limits.map(|[a, b]| a + share * (b - a)).collect();
             let (one, two) = (frames(&hand, &joints), frames(&again, &joints));
             assert_eq!(one.len(), two.len());

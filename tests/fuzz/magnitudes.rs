@@ -92,7 +92,7 @@ fn hand(urdf: &str, side: &str) -> Result<(), String> {
     for end in 0..3 {
         let mut x = hand.rest_coordinates();
         for (q, joint) in x[7..].iter_mut().zip(&hand.joints) {
-            *q = [*q, joint.limits_rad[0], joint.limits_rad[1]][end];
+            *q = [*q, joint.limits[0], joint.limits[1]][end];
         }
         hand.pose(&x, &mut posed);
         let points = posed.points.iter().flatten();

@@ -116,9 +116,9 @@ fn every_hand_is_sound() {
         };
         assert!(spread < most, "{name}: areas vary by {spread}");
 
-        for (joint, rest) in hand.joints.iter().zip(&hand.prior.rest_rad) {
+        for (joint, rest) in hand.joints.iter().zip(&hand.prior.rest) {
             assert!(
-                joint.limits_rad[0] <= *rest && *rest <= joint.limits_rad[1],
+                joint.limits[0] <= *rest && *rest <= joint.limits[1],
                 "{name}: {} at rest",
                 joint.name
             );
@@ -160,7 +160,7 @@ fn skins_are_closed_and_bend() {
 
         let mut bent = hand.rest_coordinates();
         for (q, joint) in bent[7..].iter_mut().zip(&hand.joints) {
-            *q = joint.limits_rad[0] + 0.8 * (joint.limits_rad[1] - joint.limits_rad[0]);
+            *q = joint.limits[0] + 0.8 * (joint.limits[1] - joint.limits[0]);
         }
         for x in [hand.rest_coordinates(), bent] {
             let posed = posed(&hand, &x);

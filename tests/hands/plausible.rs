@@ -95,7 +95,7 @@ fn digits_that_touch_at_rest_but_not_always_are_checked() {
         THREE[2],
     ];
     let hand = read(&digits).unwrap();
-    let rest = posed(&hand, &hand.prior.rest_rad);
+    let rest = posed(&hand, &hand.prior.rest);
     let tips = |hand: &Hand, posed: &PosedHand| {
         let link = |name: &str| hand.link(name).unwrap();
         let of = |name: &str| {
@@ -268,8 +268,8 @@ fn opening_m(hand: &Hand, rocker: [f64; 2], end: [f64; 2]) -> f64 {
     let drive = hand.joint("drive").expect("the linkage has it");
     let mut widest = 0.0f64;
     for step in 0..=50 {
-        let [low, high] = hand.joints[drive].limits_rad;
-        let mut joints = hand.prior.rest_rad.clone();
+        let [low, high] = hand.joints[drive].limits;
+        let mut joints = hand.prior.rest.clone();
         joints[drive] = low + (high - low) * f64::from(step) / 50.0;
         let posed = posed(hand, &joints);
         let at = |link: &str, x: f64, z: f64| {
@@ -303,7 +303,7 @@ fn a_linkage_moves_as_one_joint() {
             .collect();
         assert_eq!(names, ["drive", "jaw"], "{more}");
         assert!(opening_m(&hand, rocker, end) < 1e-6, "{more}");
-        let [low, high] = hand.joints[0].limits_rad;
+        let [low, high] = hand.joints[0].limits;
         assert!(
             low.abs() < 1e-9 && (high - 0.9).abs() < 1e-9,
             "the range of the drive is kept"
@@ -556,6 +556,6 @@ fn published_hands_are_plausible() {
         .map(|joint| joint.name.as_str())
         .collect();
     assert_eq!(names, ["left_driver_joint"]);
-    let [low, high] = hand.joints[0].limits_rad;
+    let [low, high] = hand.joints[0].limits;
     assert!(low.abs() < 0.03 && high > 0.75, "{low} to {high}");
 }

@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 use landscape::energy::Energy;
 use landscape::sample::Mala;
 use landscape::topography::{
-    Exploration, GroupSettings, MapSettings, Minimum, MinimumId, Run, SearchSettings, Tree,
+    Exploration, FamilySettings, MapSettings, Minimum, MinimumId, Run, SearchSettings, Tree,
     build_landscape, explore, in_box,
 };
 use rayon::prelude::*;
@@ -82,7 +82,7 @@ impl Case {
     }
 
     fn tree(&self) -> Tree {
-        let settings = GroupSettings::default();
+        let settings = FamilySettings::default();
         self.found.landscape(&self.surface, &settings).tree
     }
 }

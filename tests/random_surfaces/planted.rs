@@ -7,7 +7,7 @@ use landscape::energy::Energy;
 use landscape::sample::{Mala, Task, stream};
 use landscape::space::{Space, Torus};
 use landscape::topography::{
-    Evidence, GroupSettings, MapSettings, Minimum, MinimumId, Run, Tree, build_landscape,
+    Evidence, FamilySettings, MapSettings, Minimum, MinimumId, Run, Tree, build_landscape,
 };
 use rand::RngExt;
 use rayon::prelude::*;
@@ -117,7 +117,7 @@ fn judged(id: u64) -> Vec<Judged> {
         return Vec::new();
     }
     let truth = found
-        .landscape(&energy.plane, &GroupSettings::default())
+        .landscape(&energy.plane, &FamilySettings::default())
         .tree;
     let minima: Vec<Minimum> = found
         .minima

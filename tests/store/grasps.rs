@@ -50,7 +50,7 @@ fn hands_without_joints_and_energies_without_terms() {
     let (_folder, path) = place("grasps.parquet");
     let mut written = file(2);
     written.metadata.hands[0].joint_names.clear();
-    written.metadata.hands[0].limits_rad.clear();
+    written.metadata.hands[0].limits.clear();
     written.metadata.terms.clear();
     for grasp in &mut written.grasps {
         grasp.grasp.pose = with_joints(&grasp.grasp.pose, &[]);
@@ -147,7 +147,7 @@ fn columns_may_have_passed_through_other_tools() {
             LargeListArray::from_iter_primitive::<Int32Type, _, _>(contacts),
         )
         .set(
-            "joints_rad",
+            "joints",
             ListArray::from_iter_primitive::<Float64Type, _, _>(joints),
         )
         .set("object", cup)

@@ -30,7 +30,7 @@ fn hand() -> HandMetadata {
     HandMetadata {
         name: "two fingers".into(),
         joint_names: vec!["left".into(), "right".into()],
-        limits_rad: vec![[-0.3, 1.0 / 3.0], [f64::NEG_INFINITY, f64::INFINITY]],
+        limits: vec![[-0.3, 1.0 / 3.0], [f64::NEG_INFINITY, f64::INFINITY]],
         surface_points: 40,
         surface_hash: "4567".into(),
         description: vec![TextFile {
@@ -194,7 +194,7 @@ fn landscape() -> LandscapeFiles {
         energy: 0.1 * id as f64,
         coordinates: vec![0.1, 1.0 / 3.0, id as f64],
         members: vec![id, id + 10, u64::MAX],
-        group: 0,
+        family: 0,
         labels: BTreeMap::from([("medium wrap".into(), 2), ("lateral".into(), 1)]),
     };
     let edge = EdgeRow {
@@ -246,12 +246,12 @@ fn landscape() -> LandscapeFiles {
         energy: json!({ "w": 0.1 }),
         settings: json!({ "images": 20 }),
         terms: vec!["force_closure".into(), "distance".into()],
-        group_barrier: Some(0.1 + 0.2),
+        family_barrier: Some(0.1 + 0.2),
         letting_go: Some(1.0),
         counts: Counts {
             grasps: 9,
             minima: 3,
-            groups: 1,
+            families: 1,
             pairs: 2,
             components: 2,
             evaluations: 12444,

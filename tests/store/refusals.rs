@@ -52,7 +52,7 @@ fn rows_that_cannot_be_used_are_refused() {
         ),
         (
             |grasp| grasp.grasp.pose[8] = f64::INFINITY,
-            "column `joints_rad` contains inf, which is not a finite number",
+            "column `joints` contains inf, which is not a finite number",
         ),
         (
             |grasp| grasp.scale = 0.0,
@@ -73,7 +73,7 @@ fn rows_that_cannot_be_used_are_refused() {
         ),
         (
             |grasp| grasp.grasp.pose = with_joints(&grasp.grasp.pose, &[0.2, -7.0, 0.0]),
-            "column `joints_rad` contains 3 numbers, expected 2",
+            "column `joints` contains 3 numbers, expected 2",
         ),
         (
             |grasp| grasp.terms.clear(),
@@ -198,7 +198,7 @@ fn files_that_are_no_grasp_files_are_refused() {
         *array = array.slice(0, 0);
     }
     assert_eq!(parts.refusal(), "grasps.parquet contains no grasps");
-    let columns = "translation_m rotation_wxyz joints_rad contacts energy term_distance net_wrench";
+    let columns = "translation_m rotation_wxyz joints contacts energy term_distance net_wrench";
     for column in columns.split(' ') {
         let refused = of(&file(2)).without(column).refusal();
         assert!(
@@ -247,7 +247,7 @@ fn metadata_are_checked() {
             "invalid type: integer `3`, expected a sequence",
         ),
         (
-            |value| value["hands"][0]["limits_rad"] = json!([]),
+            |value| value["hands"][0]["limits"] = json!([]),
             "hand `two fingers` has 2 joints but 0 limits",
         ),
         (

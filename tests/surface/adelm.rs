@@ -43,7 +43,7 @@ fn attraction_diffusion_alone_bounds_the_passes() {
 #[test]
 fn what_attraction_diffusion_does_not_use_is_refused() {
     let desk = Desk::empty();
-    for flags in ["--patience 9", "--lowest 9", "--group-barrier 0.1"] {
+    for flags in ["--patience 9", "--lowest 9", "--family-barrier 0.1"] {
         let said = desk.unmapped(&format!("muller-brown --search adelm {flags}"));
         assert!(said.contains(flags.split(' ').next().unwrap()), "{said}");
     }

@@ -9,7 +9,7 @@ use landscape::study::{
     search_surface,
 };
 use landscape::thermal::Dynamics;
-use landscape::topography::{Evidence, GroupSettings, SearchSettings, in_box};
+use landscape::topography::{Evidence, FamilySettings, SearchSettings, in_box};
 use tempfile::TempDir;
 
 /// Two minima with vanishing curvatures, joined at exactly 1 by a saddle with a flat direction.
@@ -40,8 +40,8 @@ fn minima_that_no_verified_saddle_joins_are_joined_by_a_bound() {
         known: &[],
         pair: None,
     };
-    let groups = GroupSettings::default();
-    let searched = search_surface(&subject, &search, &groups, &StudyRun::default()).unwrap();
+    let families = FamilySettings::default();
+    let searched = search_surface(&subject, &search, &families, &StudyRun::default()).unwrap();
     assert_eq!(searched.found.minima.len(), 2);
     assert_eq!(searched.found.components(), 2);
     let [root] = searched.landscape.tree.roots[..] else {
@@ -69,7 +69,7 @@ fn minima_that_no_verified_saddle_joins_are_joined_by_a_bound() {
     let svg = std::fs::read_to_string(finished.join("disconnectivity.svg")).unwrap();
     assert!(svg.contains("upper bound") && !svg.contains("apart"));
 
-    let states = NetworkOfStates::open(&finished, &groups).unwrap();
+    let states = NetworkOfStates::open(&finished, &families).unwrap();
     let asked = KineticsSettings {
         temperatures: vec![0.2],
         dynamics: Dynamics::TransitionState,

@@ -267,7 +267,7 @@ fn rings_and_kinks_are_told() {
         &said,
         &[
             "**1 minimum** and **0 saddles**",
-            "1 component; 1 group (relative barrier up to",
+            "1 component; 1 family (relative barrier up to",
             "**1 of them is not isolated**",
             "1 minimum and 0 saddles are not isolated",
             "a walk along the level directions joins them",

@@ -24,7 +24,7 @@ pub(crate) struct Fixture {
     /// Pose of the hand's root frame.
     pub(crate) object_from_hand: Placement,
     /// Joint angles by name, radians.
-    pub(crate) joints_rad: BTreeMap<String, f64>,
+    pub(crate) joints: BTreeMap<String, f64>,
     /// Regions (or the starts of their names) that touch according to the description.
     pub(crate) touching: Vec<String>,
 }
@@ -42,13 +42,13 @@ pub(crate) struct Placement {
 impl Fixture {
     /// Coordinates `[t, q(wxyz), joints]` of the hand; `None` if a joint is missing or unknown.
     pub(crate) fn coordinates(&self, hand: &Hand) -> Option<Vec<f64>> {
-        if self.joints_rad.len() != hand.joints.len() {
+        if self.joints.len() != hand.joints.len() {
             return None;
         }
         let mut x = self.object_from_hand.translation_m.to_vec();
         x.extend(self.object_from_hand.rotation_wxyz);
         for joint in &hand.joints {
-            x.push(*self.joints_rad.get(&joint.name)?);
+            x.push(*self.joints.get(&joint.name)?);
         }
         Some(x)
     }

@@ -6,7 +6,7 @@ mod stiff;
 
 use landscape::energy::model::Surface;
 use landscape::sample::Rng;
-use landscape::topography::{GroupSettings, Landscape, Run, SearchSettings, explore, in_box};
+use landscape::topography::{FamilySettings, Landscape, Run, SearchSettings, explore, in_box};
 use scaled::{Scaled, Units, binary, decimal, surfaces};
 
 const AS_IT_IS: Units = Units {
@@ -34,7 +34,7 @@ impl Found {
         let draw = |rng: &mut Rng| energy.scaled(&draw(rng));
         let settings = SearchSettings::measured(&energy, &draw, 1);
         let found = explore(&energy, &draw, &settings, &Run::default()).unwrap();
-        let landscape = found.landscape(&energy, &GroupSettings::default());
+        let landscape = found.landscape(&energy, &FamilySettings::default());
         let mapped = Self::mapped(&landscape, &energy, units);
         let complete = found.coverage.unseen.is_some_and(|least| least < 0.5);
         Self {

@@ -5,7 +5,7 @@ use landscape::energy::model::Surface;
 use landscape::sample::{Rng, Task, stream};
 use landscape::space::{Euclidean, Space};
 use landscape::topography::{
-    Exploration, GroupSettings, Run, Scales, SearchSettings, distinct, explore, in_box, quench_all,
+    Exploration, FamilySettings, Run, Scales, SearchSettings, distinct, explore, in_box, quench_all,
 };
 use rand::RngExt;
 
@@ -84,7 +84,7 @@ fn explored(
 ) -> (Exploration, Vec<f64>) {
     let settings = SearchSettings::measured(energy, draw, 1);
     let found = explore(energy, draw, &settings, &Run::default()).unwrap();
-    let landscape = found.landscape(energy, &GroupSettings::default());
+    let landscape = found.landscape(energy, &FamilySettings::default());
     let merges = landscape.tree.nodes.iter().filter(|n| n.minimum.is_none());
     let heights = merges.map(|node| node.energy).collect();
     (found, heights)

@@ -194,7 +194,7 @@ impl Asked<'_> {
     fn scattered(&self) -> Finding {
         let asked = self.claims.get("H4");
         let part = Part::new(self.basins, self.settings, |basin| basin.category);
-        let graph = part.graph(self.basins.group_barrier);
+        let graph = part.graph(self.basins.family_barrier);
         let of_class = part.labels.iter().filter(|label| **label == INTERMEDIATE);
         let count = of_class.count();
         if count < self.settings.least_per_class {
@@ -379,8 +379,8 @@ mod tests {
             minima: types.iter().map(minimum).collect(),
             inapplicable: None,
             labelled_in_file: 0,
-            group_barrier: 0.1,
-            groups: types.len(),
+            family_barrier: 0.1,
+            families: types.len(),
             saddles: heights.clone(),
             barriers: heights.clone(),
             energy_gaps: PairMatrix::from_fn(types.len(), |i, j| ((3 * i + j) % 5) as f64),

@@ -100,7 +100,7 @@ class Grasps:
     """Grasps of a hand on an object (or of several) as columns. Grasps are never changed: methods return new ones.
 
     ``grasps[mask]``, ``grasps[3:9]``, ``grasps[[1, 5]]`` and ``grasps[0]`` are grasps again. Arrays are read only: the
-    columns ``translation_m``, ``rotation_wxyz`` and ``joints_rad`` are views of ``poses``, which is copied once. Take a copy
+    columns ``translation_m``, ``rotation_wxyz`` and ``joints`` are views of ``poses``, which is copied once. Take a copy
     to write into one. Make grasps with :func:`synthesize`, :meth:`read`, :meth:`from_arrays` or :meth:`from_table`.
     """
 
@@ -149,7 +149,7 @@ class Grasps:
         translation_m: ArrayLike,
         rotation: ArrayLike,
         rotation_form: RotationForm,
-        joints_rad: ArrayLike,
+        joints: ArrayLike,
         contacts: Sequence[Sequence[int]] | None = None,
         source: str = "",
     ) -> Grasps:
@@ -166,8 +166,8 @@ class Grasps:
         rotation_form
             ``"wxyz"`` (scalar first: MuJoCo, Isaac, transforms3d), ``"xyzw"`` (scalar last: SciPy, ROS, PyBullet) or
             ``"matrix"``. There is no default, because a wrong order is not noticed.
-        joints_rad
-            Joint angles in the order of ``hand.joint_names``, shape (n, joints), radians (metres of slides).
+        joints
+            Joint angles in the order of ``hand.joint_names``, shape (n, joints), radians; metres for sliding joints.
         contacts
             Indices of surface points of the hand, a list for each grasp; by default the best ones are chosen.
         source
@@ -182,7 +182,7 @@ class Grasps:
         instance("object", object, Object)
         chosen = None if contacts is None else _contact_sets(contacts)
         native = _native.Grasps.from_arrays(
-            hand._native, object._native, translation_m, _quaternions(rotation, rotation_form), joints_rad, chosen, source,
+            hand._native, object._native, translation_m, _quaternions(rotation, rotation_form), joints, chosen, source,
         )
         return cls(native)
 
@@ -312,8 +312,8 @@ class Grasps:
         return self.poses[:, 3:7]
 
     @property
-    def joints_rad(self) -> Floats:
-        """Joint angles, shape (n, joints), radians (metres of slides); a view."""
+    def joints(self) -> Floats:
+        """Joint angles, shape (n, joints), radians; metres for sliding joints; a view."""
         return self.poses[:, 7:]
 
     @cached_property
@@ -449,9 +449,10 @@ class Grasps:
 
         ``strict``, ``published`` (Eq. 11 of Liu et al. 2021 as printed), ``released`` (as in the authors' code): whether the
         grasp passes; ``objection``: the first reason why the strict filter refuses it; ``gap_m``, ``deepest_m``,
-        ``self_penetration_m`` (metres), ``joint_excess_rad``, ``least_friction``, ``epsilon``, ``net_wrench``, ``digits``,
-        ``contacts`` (dictionaries with ``point``, the index of the surface point, ``link``, its name, and ``distance_m``, the
-        signed distance from the mesh), and more. Friction is exact; ε is that of :attr:`epsilon`.
+        ``self_penetration_m`` (metres), ``joint_excess`` (radians; metres for sliding joints), ``least_friction``,
+        ``epsilon``, ``net_wrench``, ``digits``, ``contacts`` (dictionaries with ``point``, the index of the surface point,
+        ``link``, its name, and ``distance_m``, the signed distance from the mesh), and more. Friction is exact; ε is that
+        of :attr:`epsilon`.
         """
         columns = self._native.judge()
         columns["contacts"] = [

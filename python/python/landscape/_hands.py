@@ -50,13 +50,13 @@ class Hand:
 
     @property
     def joint_names(self) -> list[str]:
-        """Names of the joints, in the order of ``joints_rad``."""
+        """Names of the joints, in the order of ``joints``."""
         return self._native.joint_names
 
     @property
-    def limits_rad(self) -> NDArray[np.float64]:
-        """Lower and upper limits of the joints, shape (joints, 2), radians (metres of slides)."""
-        return self._native.limits_rad
+    def limits(self) -> NDArray[np.float64]:
+        """Lower and upper limits of the joints, shape (joints, 2), radians; metres for sliding joints."""
+        return self._native.limits
 
     @property
     def link_names(self) -> list[str]:

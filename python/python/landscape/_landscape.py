@@ -208,7 +208,7 @@ class Landscape:
 
     @cached_property
     def minima(self) -> Table:
-        """``energy``, ``coordinates`` (n, d), ``group``, ``members`` (ids of the inputs that descend to it) and ``label`` of
+        """``energy``, ``coordinates`` (n, d), ``family``, ``members`` (ids of the inputs that descend to it) and ``label`` of
         each minimum, lowest first. Coordinates of grasps are poses as in :attr:`Grasps.poses`."""
         return Table(self._native.minima())
 
@@ -244,15 +244,15 @@ class Landscape:
         return Grasps.read(file) if file.is_file() else None
 
     @property
-    def groups(self) -> NDArray[np.int64]:
-        """The group of each minimum, shape (n,): minima that are joined below the group barrier."""
-        groups: NDArray[np.int64] = self.minima["group"]
-        return groups
+    def families(self) -> NDArray[np.int64]:
+        """The family of each minimum, shape (n,): minima that are joined below the family barrier."""
+        families: NDArray[np.int64] = self.minima["family"]
+        return families
 
     @property
-    def group_barrier(self) -> float | None:
-        """Greatest relative barrier within a group, in units of the energy."""
-        barrier: float | None = self.manifest["group_barrier"]
+    def family_barrier(self) -> float | None:
+        """Greatest relative barrier within a family, in units of the energy."""
+        barrier: float | None = self.manifest["family_barrier"]
         return barrier
 
     @property
@@ -265,11 +265,11 @@ class Landscape:
         return Coverage(minima, saddles, int(told["searches"]), told.get("sure"), told)
 
     @property
-    def unseen_groups(self) -> dict[str, Any] | None:
-        """Estimate of groups that the inputs did not show, as in ``landscape.json``: rarefaction and Chao1 (A. Chao, Scand. J.
+    def unseen_families(self) -> dict[str, Any] | None:
+        """Estimate of families that the inputs did not show, as in ``landscape.json``: rarefaction and Chao1 (A. Chao, Scand. J.
         Stat. 11, 265 (1984))."""
         told = self.manifest["findings"].get("rarefaction") or {}
-        found: dict[str, Any] | None = told.get("groups")
+        found: dict[str, Any] | None = told.get("families")
         return found
 
     def path(self, a: int, b: int, *, terms: bool = True) -> MinimaxPath | None:
@@ -347,7 +347,7 @@ class Landscape:
         return Difference(json.loads(told))
 
     def compare(
-        self, other: Landscape | StrPath | None = None, *, out: StrPath | None = None, group_barrier: float | None = None,
+        self, other: Landscape | StrPath | None = None, *, out: StrPath | None = None, family_barrier: float | None = None,
         seed: int = 0, force: bool = False, progress: bool | None = None,
     ) -> str:
         """Tests how the landscape agrees with the GRASP taxonomy (T. Feix et al., IEEE Trans. Hum.-Mach. Syst. 46, 66 (2016)),
@@ -362,7 +362,7 @@ class Landscape:
             Another landscape, of any hand and object.
         out
             The files to write, without their endings ``.md``, ``.json``, ``.svg`` and ``.png``; by default none are kept.
-        group_barrier
+        family_barrier
             As in :func:`build`, in units of the energy; by default that of the landscape.
         seed
             Seed of permutations and resamplings.
@@ -379,7 +379,7 @@ class Landscape:
         folder = Folder()
         stem = folder / "comparison" if out is None else Path(out)
         words = [] if other is None else [_folder(other)]
-        given = flags(group_barrier=group_barrier, seed=whole("seed", seed) or None, force=force)
+        given = flags(family_barrier=family_barrier, seed=whole("seed", seed) or None, force=force)
         command("compare", self.folder, *words, *given, "--quiet", "--output", stem, progress=progress)
         written = stem.with_name(stem.name + ".md").read_text(encoding="utf-8")
         # The last line of the file is a comment that tells its maker.
@@ -391,7 +391,7 @@ class Landscape:
         pick: Sequence[str] | None = None, levels: int | None = None, place_by: str | None = None,
         colour_by: str | None = None, values: StrPath | None = None, examples: int | None = None,
         colour: Literal["category", "type", "power", "spheres"] | None = None, stability: StrPath | None = None,
-        group_barrier: float | None = None, seed: int | None = None, force: bool = False,
+        family_barrier: float | None = None, seed: int | None = None, force: bool = False,
     ) -> Path:
         """Draws the landscape and returns the path.
 
@@ -412,7 +412,7 @@ class Landscape:
             Colours of grasps: differences between their types, or a file of :meth:`Grasps.stability` with what held.
         examples
             Number of rendered grasps below the graph.
-        group_barrier
+        family_barrier
             As in :func:`build`, in units of the energy; by default that of the landscape.
         seed
             Seed of the layout; by default that of the landscape.
@@ -437,7 +437,7 @@ class Landscape:
         given = flags(
             lowest=lowest, deepest=deepest, min_members=min_members, monotonic=monotonic,
             pick=None if pick is None else list(pick), levels=levels, place_by=place_by, colour_by=colour_by, values=values,
-            examples=examples, colour=colour, stability=stability, group_barrier=group_barrier,
+            examples=examples, colour=colour, stability=stability, family_barrier=family_barrier,
             seed=whole_or_none("seed", seed), force=force,
         )
         command("draw", self.folder, *given, "--quiet", "--output", folder, progress=False)
@@ -542,7 +542,7 @@ class Landscape:
         Parameters
         ----------
         from_, to
-            Minima where ways start and where they arrive: numbers, names of minima and groups such as ``"m3"`` and
+            Minima where ways start and where they arrive: numbers, names of minima and families such as ``"m3"`` and
             ``"g1"``, or the path of a file such as ``min.A`` of PATHSAMPLE.
         temperature
             One or several temperatures kT, in units of the energy.
@@ -613,7 +613,7 @@ class Landscape:
 
     def __repr__(self) -> str:
         counts = self.manifest["counts"]
-        return f"Landscape of {counts['minima']} minima in {counts['groups']} groups ({self.folder})"
+        return f"Landscape of {counts['minima']} minima in {counts['families']} families ({self.folder})"
 
 
 def _folder(landscape: Landscape | StrPath) -> Path:
@@ -652,7 +652,7 @@ def build(
     temperature: float | None = None,
     pull: float | None = None,
     search: str = "passes",
-    group_barrier: float | None = None,
+    family_barrier: float | None = None,
     only_stable: bool = False,
     first: int | None = None,
     seed: int = 0,
@@ -682,8 +682,8 @@ def build(
         How the minima are joined: ``"passes"`` by relaxed paths and attraction–diffusion searches across every merge,
         ``"adelm"`` by attraction–diffusion alone as published, one minimum after the other; every barrier is then an upper
         bound.
-    group_barrier
-        Greatest relative barrier within a group, in units of the energy; by default it is chosen.
+    family_barrier
+        Greatest relative barrier within a family, in units of the energy; by default it is chosen.
     only_stable
         Whether to map only the grasps that held in simulation.
     first
@@ -715,7 +715,7 @@ def build(
     target = Path(out) if keeps is None else keeps / "grasps.landscape"  # type: ignore[arg-type]
     given = flags(
         neighbours=neighbours, temperature=temperature, pull=pull,
-        search=None if search == "passes" else search, group_barrier=group_barrier,
+        search=None if search == "passes" else search, family_barrier=family_barrier,
         only_stable=only_stable, first=first, seed=whole("seed", seed) or None, onto=None if onto is None else _folder(onto),
         no_report=not report,
     )
@@ -724,7 +724,7 @@ def build(
     return Landscape(target, _keeps=keeps)
 
 
-def import_landscape(folder: StrPath, out: StrPath | None = None, *, group_barrier: float | None = None) -> Landscape:
+def import_landscape(folder: StrPath, out: StrPath | None = None, *, family_barrier: float | None = None) -> Landscape:
     """A landscape from ``min.data`` and ``ts.data`` of PATHSAMPLE (D. J. Wales) or topsearch.
 
     Parameters
@@ -733,7 +733,7 @@ def import_landscape(folder: StrPath, out: StrPath | None = None, *, group_barri
         The folder with these files, and with ``points.min`` and ``points.ts`` if there are any.
     out
         The folder to write; by default a temporary one, which vanishes with the landscape.
-    group_barrier
+    family_barrier
         As in :func:`build`, in units of the energy.
 
     Raises
@@ -748,13 +748,13 @@ def import_landscape(folder: StrPath, out: StrPath | None = None, *, group_barri
         raise InputError(f"{source}: a folder with min.data and ts.data is needed")
     keeps = None if out is not None else Folder()
     target = Path(out) if keeps is None else keeps / "imported.landscape"  # type: ignore[arg-type]
-    given = flags(group_barrier=group_barrier, no_report=True)
+    given = flags(family_barrier=family_barrier, no_report=True)
     command("import", source, *given, "--quiet", "--output", target, progress=False)
     return Landscape(target, _keeps=keeps)
 
 
 def diversity(
-    *sets: Grasps | Landscape | StrPath, group_barrier: float | None = None, resamplings: int | None = None, seed: int = 0,
+    *sets: Grasps | Landscape | StrPath, family_barrier: float | None = None, resamplings: int | None = None, seed: int = 0,
     out: StrPath | None = None, force: bool = False, progress: bool | None = None,
 ) -> dict[str, Any]:
     """Which of several sets of grasps is more diverse and by how much, as ``landscape diversity --json``: effective numbers of
@@ -765,8 +765,8 @@ def diversity(
     sets
         Grasps, landscapes, and their files and folders, whose names they have in the result. Grasps that are in memory only
         are called ``set_1.parquet``, ``set_2.parquet``, … by their place among the arguments. Each needs 30 grasps.
-    group_barrier
-        As in :func:`build`, in units of the energy: the level at which groups of landscapes are compared.
+    family_barrier
+        As in :func:`build`, in units of the energy: the level at which families of landscapes are compared.
     resamplings
         Number of resamplings for each interval.
     seed
@@ -791,7 +791,7 @@ def diversity(
         each._file(folder / f"set_{place}.parquet") if isinstance(each, Grasps) else _folder(each)
         for place, each in enumerate(sets, 1)
     ]
-    given = flags(group_barrier=group_barrier, resamplings=resamplings, seed=whole("seed", seed) or None, force=force)
+    given = flags(family_barrier=family_barrier, resamplings=resamplings, seed=whole("seed", seed) or None, force=force)
     told = command("diversity", *paths, "--json", *given, "--quiet", "--output", stem, progress=progress)
     made: dict[str, Any] = json.loads(told)
     return made

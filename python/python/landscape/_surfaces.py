@@ -228,7 +228,7 @@ def _surface(
 def _search(out: Path, told: str, **given: Any) -> dict[str, Any]:
     usual: dict[str, Any] = {
         "seed": 0, "check_gradient": True, "quiet": True, "patience": None, "searches": None, "search": "auto", "lowest": None,
-        "budget_s": None, "group_barrier": None, "neighbours": None,
+        "budget_s": None, "family_barrier": None, "neighbours": None,
     }
     return {**usual, **given, "out": out, "command": told}
 
@@ -248,7 +248,7 @@ def explore(
     patience: int | None = None,
     searches: int | None = None,
     budget_s: float | None = None,
-    group_barrier: float | None = None,
+    family_barrier: float | None = None,
     check_gradient: bool = True,
     name: str | None = None,
     threads: int | None = None,
@@ -286,8 +286,8 @@ def explore(
         When the search ends: searches without news for every point found, searches in all, seconds. With ``budget_s``
         alone, the number of searches has no limit. A search ends between batches of 32 searches only, so that a slow function
         may take longer than ``budget_s``.
-    group_barrier
-        Greatest relative barrier within a group, in units of the energy; by default it is chosen.
+    family_barrier
+        Greatest relative barrier within a family, in units of the energy; by default it is chosen.
     check_gradient
         Whether to compare the gradient with differences of the energy first.
     name
@@ -319,7 +319,7 @@ def explore(
     limits: dict[str, Any] = {
         "seed": whole("seed", seed), "lowest": whole_or_none("lowest", lowest, 2, 10**6),
         "patience": whole_or_none("patience", patience, 1, 10**9), "searches": whole_or_none("searches", searches, 1, 10**9),
-        "group_barrier": magnitude_or_none("group_barrier", group_barrier),
+        "family_barrier": magnitude_or_none("family_barrier", family_barrier),
     }
     keeps = None if out is not None else Folder()
     target = Path(out) if keeps is None else keeps / "surface.landscape"  # type: ignore[arg-type]
@@ -357,7 +357,7 @@ def map(
     batch: bool = False,
     search: str = "passes",
     neighbours: int | None = None,
-    group_barrier: float | None = None,
+    family_barrier: float | None = None,
     check_gradient: bool = True,
     name: str | None = None,
     threads: int | None = None,
@@ -369,7 +369,7 @@ def map(
 
     Parameters
     ----------
-    function, space, seed, out, hessian, batch, group_barrier, check_gradient, name, threads, progress
+    function, space, seed, out, hessian, batch, family_barrier, check_gradient, name, threads, progress
         As in :func:`explore`. The space cannot be ``Box()``.
     minima
         Points from which descents lead to the minima, shape (k, n).
@@ -390,14 +390,14 @@ def map(
     if search not in ("passes", "adelm"):
         raise InputError(f'search: "passes" or "adelm", not {search!r}')
     seed, neighbours = whole("seed", seed), whole_or_none("neighbours", neighbours, 1)
-    group_barrier, starts = magnitude_or_none("group_barrier", group_barrier), points_of("minima", minima)
+    family_barrier, starts = magnitude_or_none("family_barrier", family_barrier), points_of("minima", minima)
     keeps = None if out is not None else Folder()
     target = Path(out) if keeps is None else keeps / "surface.landscape"  # type: ignore[arg-type]
     surface, chosen, _ = _surface(function, space, box, starts, hessian, batch, name, threads)
     told = f"landscape.map({name or _name(function)}, {starts.shape} points, {chosen!r}, seed={seed}) in Python"
     surface.map(starts, _search(
         target, told, seed=seed, check_gradient=check_gradient, quiet=not wanted(progress), neighbours=neighbours,
-        group_barrier=group_barrier, search=search,
+        family_barrier=family_barrier, search=search,
     ))
     return Landscape(target, _keeps=keeps)
 

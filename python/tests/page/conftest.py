@@ -26,7 +26,7 @@ def desk(tmp_path):
 
 @pytest.fixture(scope="session")
 def explored(tmp_path_factory):
-    """A folder with the page of a landscape of 60 minima in 6 groups."""
+    """A folder with the page of a landscape of 60 minima in 6 families."""
     desk = Desk(tmp_path_factory.mktemp("explored"))
     made.landscape(desk.folder / "g.landscape", 60, 6)
     desk.succeed("report", "g.landscape", "-q")

@@ -83,13 +83,13 @@ def interpolated(a, b, t):
     return pose
 
 
-def landscape(folder, count, groups, **manifest):
+def landscape(folder, count, families, **manifest):
     """A landscape of committed grasps and copies of them moved a little, with a random tree of connections.
 
-    Up to 1,000 minima, all connections have paths; else only those between groups.
+    Up to 1,000 minima, all connections have paths; else only those between families.
     """
     table, told, rng = grasps(), metadata(), np.random.default_rng(3)
-    poses = np.hstack([np.stack(table[name].to_numpy()) for name in ("translation_m", "rotation_wxyz", "joints_rad")])
+    poses = np.hstack([np.stack(table[name].to_numpy()) for name in ("translation_m", "rotation_wxyz", "joints")])
     energies = table["energy"].to_numpy()
     copied = np.arange(count) >= len(energies)
     of = np.arange(count) % len(energies)
@@ -99,24 +99,24 @@ def landscape(folder, count, groups, **manifest):
     order = np.argsort(energy, kind="stable")
     energy, pose, of = energy[order], pose[order], of[order]
 
-    group, edges, paths = list(range(groups)), [], []
+    family, edges, paths = list(range(families)), [], []
     for k in range(1, count):
-        other = int(rng.integers(k if k < groups else min(k, 4 * groups)))
-        if k >= groups:
-            group.append(group[other])
+        other = int(rng.integers(k if k < families else min(k, 4 * families)))
+        if k >= families:
+            family.append(family[other])
         height = energy[k] + rng.uniform(0.01, 0.2)
         edges.append({
             "a": other, "b": k, "height": height, "relative_barrier": height - energy[k], "length": 0.1, "chain_runs": 0, "evaluations": 0,
             "evidence": ("saddle", "path", "chain")[k % 3], "way": ("sliding", "regrasping")[k % 2],
         })
-        if count <= 1000 or group[k] != group[other]:
+        if count <= 1000 or family[k] != family[other]:
             paths += [
                 {"a": other, "b": k, "image": image, "coordinates": interpolated(pose[other], pose[k], image / (IMAGES - 1)),
                  "energy": max(energy[other], energy[k])}
                 for image in range(IMAGES)
             ]
     minima = [
-        {"id": k, "energy": energy[k], "coordinates": pose[k], "members": [k], "group": group[k], "labels": [],
+        {"id": k, "energy": energy[k], "coordinates": pose[k], "members": [k], "family": family[k], "labels": [],
          "label_counts": []}
         for k in range(count)
     ]
@@ -136,7 +136,7 @@ def landscape(folder, count, groups, **manifest):
     term_columns = {f"term_{name}": number for name in terms}
     schemas = {
         "minima": schema({"id": whole, "energy": number, "coordinates": coordinates, "members": items(whole),
-                          "group": whole, "labels": items(text), "label_counts": items(whole)}),
+                          "family": whole, "labels": items(text), "label_counts": items(whole)}),
         "edges": schema({"a": whole, "b": whole, **numbers, "evidence": text, "term": text, **chains, "chain_runs": whole,
                          "evaluations": whole, "way": text}, maybe=(*numbers, "term", *chains, "way")),
         "paths": schema({"a": whole, "b": whole, "image": whole, "coordinates": coordinates, "energy": number,
@@ -150,8 +150,8 @@ def landscape(folder, count, groups, **manifest):
     finish(folder, {
         "program_version": "0.0.0", "command": "made by a test", "seed": 0, "source": {"name": "", "content_hash": ""},
         "hand": told["hands"][0], "object": told["objects"][0], "scale": "\x011.0", "energy": told["energy"], "terms": terms,
-        "settings": {"sameness": {"distance": "\x010.001"}}, "group_barrier": "\x010.05", "letting_go": None, "evidence": {},
-        "counts": {"grasps": count, "minima": count, "groups": groups, "pairs": 0, "components": 0, "evaluations": 0}, "findings": {},
+        "settings": {"sameness": {"distance": "\x010.001"}}, "family_barrier": "\x010.05", "letting_go": None, "evidence": {},
+        "counts": {"grasps": count, "minima": count, "families": families, "pairs": 0, "components": 0, "evaluations": 0}, "findings": {},
         "warnings": [], **manifest,
     })
     return folder

@@ -165,7 +165,7 @@ const first = text();
 change({ step: state.step });
 await wait(400);
 const address = location.hash;
-change({ selected: [], level: null, query: "", pins: [], camera: null, step: 0, sort: "energy", cones: false, colour: "group" });
+change({ selected: [], level: null, query: "", pins: [], camera: null, step: 0, sort: "energy", cones: false, colour: "family" });
 await wait(300);
 location.hash = address;
 await wait(300);
@@ -286,7 +286,7 @@ return told;
     assert told["first"] == [True, True] and told["least"]
     assert told["places"] == 40 and told["dots"] > 10
     assert told["hover"] and told["selected"] and told["svg"]
-    assert told["curve"]["members"] == 40 and 2 <= told["curve"]["groups"] < 40
+    assert told["curve"]["members"] == 40 and 2 <= told["curve"]["kinds"] < 40
 
 
 def test_two_landscapes_say_what_they_are(desk, opened):

@@ -37,7 +37,7 @@ def test_a_search_of_what_is_unknown_is_refused(desk, explored, opened):
     says(answers[3], "nothing here has “members”", "known are energy, ")
     says(answers[4], "nothing here has “family”")
     assert answers[5] == "6 of 6"
-    says(answers[6], "nothing here has “group”")
+    says(answers[6], "nothing here has “family”")
     told = opened(desk.folder / "full.grasps.html").act(ASK, QUERIES)
     firm = sum(epsilon > 0.05 for epsilon in table["epsilon"].to_pylist())
     assert told["answers"][0] == [2, "2 of 6"] and told["answers"][2] == [firm, f"{firm} of 6"]
@@ -60,7 +60,7 @@ told.stays = chips().length;
 entries()[1].click();
 await settled();
 told.both = derived.passing === first + second;              // alternatives of one field
-change({ colour: "group" });
+change({ colour: "family" });
 await settled();
 told.other = chips().length;                                 // another colour: the filters stay
 entries()[0].click();
@@ -102,7 +102,7 @@ def test_the_legend_filters_and_the_filter_stays_in_sight(explored, opened):
     assert (told["stays"], told["both"], told["other"], told["narrower"]) == (1, True, 2, True)
     says(told["address"], "chip=category")
     assert (told["again"], told["gone"]) == (3, [0, True])
-    assert told["colour"] == [False, "family"], "the reason of the colours is shown"
+    assert told["colour"] == [False, "level"], "the reason of the colours is shown"
     assert told["family"] and told["back"] == [None, "energy", 0, True]
     assert told["ranges"] and told["range"]
 
@@ -251,9 +251,9 @@ def test_words_explain_themselves(explored, opened):
 
 def test_the_table_fills_its_place(desk, opened):
     """The table fills its place beside the two other panels, and its columns fit at usual widths."""
-    points = [{"members": k, "groups": value, "deviation": "\x010.5"} for k, value in ((1, "\x011.0"), (20, "\x014.0"), (60, "\x015.5"))]
-    curve = {"members": 60, "groups": 3, "once": 0, "twice": 0, "curve": points}
-    made.landscape(desk.folder / "g.landscape", 60, 6, findings={"rarefaction": {"groups": curve, "minima": curve}})
+    points = [{"members": k, "kinds": value, "deviation": "\x010.5"} for k, value in ((1, "\x011.0"), (20, "\x014.0"), (60, "\x015.5"))]
+    curve = {"members": 60, "kinds": 3, "once": 0, "twice": 0, "curve": points}
+    made.landscape(desk.folder / "g.landscape", 60, 6, findings={"rarefaction": {"families": curve, "minima": curve}})
     desk.succeed("report", "g.landscape", "-q")
     told = opened(desk.folder / "g.report.html").act("""
 await settled();

@@ -13,14 +13,14 @@ POSES = 20
 def posed(hand, desk, opened):
     """Poses a hand at random in the page and in Rust."""
     rest = hand.rest_pose[None]
-    parts = {"translation_m": rest[:, :3], "rotation": rest[:, 3:7], "joints_rad": rest[:, 7:]}
+    parts = {"translation_m": rest[:, :3], "rotation": rest[:, 3:7], "joints": rest[:, 7:]}
     grasp = ls.Grasps.from_arrays(hand, ls.Object("ball"), rotation_form="wxyz", **parts)
     grasp.write(desk.folder / "h.parquet")
     desk.succeed("report", "h.parquet", "-q")
     rng = np.random.default_rng(9)
     poses = rng.uniform(-1, 1, (POSES, 7 + len(hand.joint_names)))
     poses[:, 3:7] /= np.linalg.norm(poses[:, 3:7], axis=1, keepdims=True)
-    low, high = np.clip(hand.limits_rad, -3, 3).T
+    low, high = np.clip(hand.limits, -3, 3).T
     poses[:, 7:] = rng.uniform(low, high, (POSES, len(low)))
     told = opened(desk.folder / "h.grasps.html").act(
         "return given.map(x => Array.from(poseLinks(model.header.hands[0], Float64Array.from(x))));", poses.tolist()

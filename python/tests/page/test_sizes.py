@@ -34,10 +34,10 @@ return Math.min(1e9, ...times);
 """
 
 
-@pytest.mark.parametrize(("count", "groups", "most", "usable_ms"), [(400, 40, 2_400_000, 10_000), (10_000, 300, 7_900_000, 30_000)])
-def test_a_page_is_small_and_quick(count, groups, most, usable_ms, desk, opened):
+@pytest.mark.parametrize(("count", "families", "most", "usable_ms"), [(400, 40, 2_400_000, 10_000), (10_000, 300, 7_900_000, 30_000)])
+def test_a_page_is_small_and_quick(count, families, most, usable_ms, desk, opened):
     """The page of a landscape of so many minima is at most `most` bytes, the same again, and usable soon."""
-    made.landscape(desk.folder / "g.landscape", count, groups)
+    made.landscape(desk.folder / "g.landscape", count, families)
     desk.succeed("report", "g.landscape", "-q")
     page = (desk.folder / "g.report.html").read_bytes()
     print(f"{count} minima: {1e-6 * len(page):.2f} MB")
@@ -56,7 +56,7 @@ return { count: model.count, off: Math.max(...gaps.map(Math.abs)), rows: documen
          circles: model.sides[0].graph.x.length };
 """)
     assert told["count"] == count and told["off"] < 1e-6 and told["rows"] < 60
-    assert told["circles"] == (groups if count > 500 else count)
+    assert told["circles"] == (families if count > 500 else count)
     quick(opened(desk.folder / "g.report.html", reduced_motion="reduce"), usable_ms)
 
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 
-use crate::cli::args::{GroupBarrier, WithPage};
+use crate::cli::args::{FamilyBarrier, WithPage};
 
 /// Read the files of other programs.
 #[derive(Debug, Args)]
@@ -48,7 +48,7 @@ pub(in crate::cli) struct Import {
     #[arg(long, value_name = "FILE", requires = "hand")]
     pub(super) mapping: Option<PathBuf>,
     #[command(flatten)]
-    pub(super) groups: GroupBarrier,
+    pub(super) families: FamilyBarrier,
     #[command(flatten)]
     pub(super) page: WithPage,
     /// The output; by default in the current folder, with the name of the file and the ending `.parquet`, or of the folder

@@ -33,14 +33,14 @@ pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
     };
     check_place(&output)?;
     check_inputs(&output, &[&command.path])?;
-    let groups = command.groups.settings();
+    let families = command.families.settings();
     let source = Source {
         name: name_of(&command.path),
         content_hash: content_hash(&[minima.as_bytes(), states.as_bytes()]),
     };
     let made_by = &common.provenance.command;
     let (coordinates, note) = coordinates(&command.path, &read)?;
-    let mut imported = ImportedLandscape::new(&read, coordinates, &groups, source, made_by);
+    let mut imported = ImportedLandscape::new(&read, coordinates, &families, source, made_by);
     if alone {
         imported = imported.noting(NO_TRANSITION_STATES.to_owned());
     }

@@ -15,11 +15,11 @@ use super::args::Common;
 use crate::store::exchange::files_of;
 
 pub(super) fn run(command: &Import, common: &Common) -> anyhow::Result<()> {
-    let group_barrier = command.groups.checked()?;
+    let family_barrier = command.families.checked()?;
     if holds_grasps(&command.path) {
         ensure!(
-            group_barrier.is_none(),
-            "--group-barrier is for min.data and ts.data: grasps have groups only once `landscape build` mapped them"
+            family_barrier.is_none(),
+            "--family-barrier is for min.data and ts.data: grasps have families only once `landscape build` mapped them"
         );
         ensure!(
             !command.page.no_report,

@@ -23,7 +23,7 @@ pub(super) struct Inspect {
     /// One line for each grasp, instead of the summary.
     #[arg(long, conflicts_with = "grasp")]
     each: bool,
-    /// For a landscape: the lowest path found between two minima (m3, m17) or groups (g0, g4: their lowest minima), as pictures
+    /// For a landscape: the lowest path found between two minima (m3, m17) or families (g0, g4: their lowest minima), as pictures
     /// with the energy by term along it (PNG, SVG) and as an animation (glTF).
     #[arg(long, num_args = 2, value_names = ["FROM", "TO"], conflicts_with_all = ["grasp", "each", "hand", "object"])]
     path: Option<Vec<String>>,

@@ -64,7 +64,7 @@ pub(super) fn run(command: &Inspect, ends: &[String], common: &Common) -> anyhow
     Ok(())
 }
 
-/// Parses `m3`, or `g2` for the lowest minimum of a group.
+/// Parses `m3`, or `g2` for the lowest minimum of a family.
 fn minimum(files: &LandscapeFiles, name: &str) -> anyhow::Result<MinimumId> {
     let count = files.minima.len();
     let (kind, number) = name.split_at_checked(1).unwrap_or((name, ""));
@@ -73,11 +73,11 @@ fn minimum(files: &LandscapeFiles, name: &str) -> anyhow::Result<MinimumId> {
         ("m", Ok(_)) => bail!("--path {name}: {}", numbered(count, "minimum", 'm')),
         ("g", Ok(number)) => {
             let mut rows = files.minima.iter();
-            let place = rows.position(|row| row.group == number as u64);
-            let place = place.with_context(|| format!("--path {name}: no such group"))?;
+            let place = rows.position(|row| row.family == number as u64);
+            let place = place.with_context(|| format!("--path {name}: no such family"))?;
             Ok(MinimumId(place))
         }
-        _ => bail!("--path {name}: write minima as the tree names them (m3), or groups (g0)"),
+        _ => bail!("--path {name}: write minima as the tree names them (m3), or families (g0)"),
     }
 }
 
@@ -100,7 +100,7 @@ fn barrier(files: &LandscapeFiles, energy: &GraspEnergy, path: &MinimaxPath) -> 
     for (term, name) in energy.term_names().iter().enumerate() {
         rows.push(row(name, &|step| step.terms()[term]));
     }
-    let named = |id: &MinimumId| format!("m{} (g{})", id.0, files.minima[id.0].group);
+    let named = |id: &MinimumId| format!("m{} (g{})", id.0, files.minima[id.0].family);
     let route: Vec<String> = path.minima.iter().map(named).collect();
     json!({
         "lowest way found": route.join(" → "),

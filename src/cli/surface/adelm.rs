@@ -26,7 +26,10 @@ pub(super) fn map(
     let given = [
         (command.patience.is_some(), "--patience"),
         (command.config.is_some(), "--config"),
-        (command.groups.group_barrier.is_some(), "--group-barrier"),
+        (
+            command.families.family_barrier.is_some(),
+            "--family-barrier",
+        ),
         (command.connect.is_some(), "--connect"),
     ];
     let unused = given

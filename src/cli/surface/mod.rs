@@ -13,7 +13,7 @@ use clap::{Args, ValueEnum};
 use program::{Region, command_hash, region};
 use search::Extent;
 
-use super::args::{Again, Common, GroupBarrier, WithPage, pair_named, within};
+use super::args::{Again, Common, FamilyBarrier, WithPage, pair_named, within};
 use super::output::check_place;
 use super::run::{Unfinished, Watch, check_resumable};
 use super::{interruption, report};
@@ -27,7 +27,7 @@ use crate::study::{
     SurfaceSearch, WrittenLandscape, in_region, onto, search_surface,
 };
 use crate::topography::{
-    Attempt, GroupSettings, GuardedJournal, LowestSettings, PairSearch, Run, SearchSettings,
+    Attempt, FamilySettings, GuardedJournal, LowestSettings, PairSearch, Run, SearchSettings,
     probe_size,
 };
 
@@ -92,7 +92,7 @@ pub(super) struct Surface {
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     config: Option<PathBuf>,
     #[command(flatten)]
-    groups: GroupBarrier,
+    families: FamilyBarrier,
     /// Seed of all random draws; 0 by default.
     #[arg(long)]
     seed: Option<u64>,
@@ -268,7 +268,7 @@ pub(super) fn run(command: &Surface, common: &Common) -> anyhow::Result<()> {
             within(&format!("--{flag}"), SEARCHES, value as f64)?;
         }
     }
-    command.groups.checked()?;
+    command.families.checked()?;
     command.extent.checked()?;
     // Which minima there are is known after the search.
     command.pair(usize::MAX)?;
@@ -460,8 +460,8 @@ fn map(
         enough: &enough,
         check,
     };
-    let mut groups = configuration.groups(GroupSettings::of_saddles())?;
-    groups.barrier = command.groups.group_barrier.or(groups.barrier);
+    let mut families = configuration.families(FamilySettings::of_saddles())?;
+    families.barrier = command.families.family_barrier.or(families.barrier);
     explain(|| {
         format!(
             "the {} is searched for",
@@ -484,7 +484,7 @@ fn map(
         pair: command.pair(usize::MAX)?,
     };
     let (mut searched, begun) = work.run(command, common, |run| {
-        search_surface(subject, &search, &groups, run)
+        search_surface(subject, &search, &families, run)
     })?;
     command.check_names(&searched)?;
     if let Some(unrolled) = unrolled {

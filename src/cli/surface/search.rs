@@ -46,7 +46,7 @@ enum Kind {
     /// The lowest minima and the lowest ways between them.
     Lowest,
     /// The minima below random points, joined by attraction–diffusion alone, as published (sequential ADELM). Every barrier
-    /// is an upper bound, and groups depend on the order of the points.
+    /// is an upper bound, and families depend on the order of the points.
     Adelm,
 }
 

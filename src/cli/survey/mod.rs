@@ -11,7 +11,7 @@ use serde_json::json;
 
 use self::files::{Plan, Task};
 use self::part::Part;
-use super::args::{Again, Common, GroupBarrier, HandAndObject, WithPage};
+use super::args::{Again, Common, FamilyBarrier, HandAndObject, WithPage};
 use super::build::{Mapping, keep_stable};
 use super::output::{check_folder, make_folder};
 use super::run::{Watch, journal_beside, open_journal, stoppable};
@@ -53,13 +53,13 @@ pub(super) struct Survey {
     output: Option<PathBuf>,
     /// Count types, cells and sets of contact regions only, without mapping landscapes, which takes almost all of the time.
     /// Families are then unknown.
-    #[arg(long, conflicts_with_all = ["group_barrier", "config", "no_report"])]
+    #[arg(long, conflicts_with_all = ["family_barrier", "config", "no_report"])]
     no_map: bool,
     /// File (TOML) with any of the settings that `landscape config build` prints, for all landscapes.
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     config: Option<PathBuf>,
     #[command(flatten)]
-    groups: GroupBarrier,
+    families: FamilyBarrier,
     /// Survey only the grasps that held in simulation (column `stable` of `landscape stability`).
     #[arg(long)]
     only_stable: bool,
@@ -111,7 +111,7 @@ struct Kept {
 
 pub(super) fn run(command: &Survey, common: &Common) -> anyhow::Result<()> {
     let part = command.task.as_deref().map(Part::named).transpose()?;
-    command.groups.checked()?;
+    command.families.checked()?;
     if let Some(first @ 0..2) = command.first {
         anyhow::bail!("--first {first}: a landscape needs at least two grasps");
     }
@@ -183,7 +183,7 @@ impl Survey {
         if let Some(path) = &self.config {
             parts.push(std::fs::read_to_string(path)?);
         }
-        let numbers = (self.groups.group_barrier, self.seed, self.first);
+        let numbers = (self.families.family_barrier, self.seed, self.first);
         let flags = (self.no_map, self.page.no_report);
         let version = env!("CARGO_PKG_VERSION");
         parts.push(format!("{numbers:?} {flags:?} {version}"));
@@ -378,7 +378,7 @@ impl Survey {
         }
         let map = &mut settings.map;
         map.seed = self.seed.unwrap_or(map.seed);
-        map.groups.barrier = self.groups.group_barrier.or(map.groups.barrier);
+        map.families.barrier = self.families.family_barrier.or(map.families.barrier);
         Ok(settings)
     }
 }

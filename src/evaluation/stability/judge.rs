@@ -183,13 +183,13 @@ fn fall(hand: &Hand, posed: &PosedHand, solid: &Solid, mass_kg: f64, drop: &Drop
 fn push(
     hand: &Hand,
     posed: &PosedHand,
-    closing_rad: Option<&[f64]>,
+    closing: Option<&[f64]>,
     solid: &Solid,
     six: &SixDirections,
 ) -> Outcome {
     let mut closed = World::new(solid, six.mass_kg, [0.0; 3], six.friction, &six.solver);
-    match closing_rad {
-        Some(closing_rad) => add_hand(&mut closed, hand, posed, solid, closing_rad, &six.squeeze),
+    match closing {
+        Some(closing) => add_hand(&mut closed, hand, posed, solid, closing, &six.squeeze),
         None => fix_hand(&mut closed, hand, posed, solid),
     }
     let mut outcome = Outcome::START;

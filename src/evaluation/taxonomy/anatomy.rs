@@ -333,7 +333,7 @@ impl Chain {
             .iter()
             .find(|link| hand.links[**link].motion.is_some())?;
         let motion = hand.links[link].motion?;
-        let [lower, upper] = hand.joints[motion.joint].limits_rad;
+        let [lower, upper] = hand.joints[motion.joint].limits;
         let sign = (f64::midpoint(lower, upper) - joints[motion.joint]) * motion.ratio;
         let axis = straight.object_from_link[link].direction(&motion.axis) * sign.signum();
         Some(axis.cross(self.directions.last()?))

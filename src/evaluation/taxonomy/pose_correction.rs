@@ -186,7 +186,7 @@ impl Near<'_> {
             .zip(&self.hand.joints)
             .zip(change)
         {
-            let [lower, upper] = joint.limits_rad;
+            let [lower, upper] = joint.limits;
             let to = (*angle + change).clamp(lower.min(*angle), upper.max(*angle));
             largest = largest.max((to - *angle).abs());
             *angle = to;
@@ -362,7 +362,7 @@ mod tests {
         put_root(&mut x, &root, &UnitQuaternion::identity());
         for (j, joint) in hand.joints.iter().enumerate() {
             if joint.name.ends_with("flexion") && !joint.name.starts_with("thumb") {
-                joints_of_mut(&mut x)[j] = 1.2_f64.min(joint.limits_rad[1]);
+                joints_of_mut(&mut x)[j] = 1.2_f64.min(joint.limits[1]);
             }
         }
         x

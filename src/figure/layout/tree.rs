@@ -1,4 +1,4 @@
-//! Layout of a disconnectivity graph, and its coarsening to groups.
+//! Layout of a disconnectivity graph, and its coarsening to families.
 
 use crate::topography::{Evidence, MinimumId, Node, NodeId, Tree};
 
@@ -159,41 +159,41 @@ pub fn place(tree: &Tree) -> TreeLayout {
     layout
 }
 
-/// The tree of groups of minima. Leaf g represents all leaves i with `group_of[i]` = g, at their lowest energy.
+/// The tree of families of minima. Leaf g represents all leaves i with `family_of[i]` = g, at their lowest energy.
 ///
-/// Members of a group count as joined from the start. Two groups therefore merge at the lowest height that joins any member
-/// of one to any member of the other, and merges inside a group vanish.
+/// Members of a family count as joined from the start. Two families therefore merge at the lowest height that joins any member
+/// of one to any member of the other, and merges inside a family vanish.
 ///
 /// # Panics
-/// If `group_of` does not have one entry per leaf.
-pub fn collapse(tree: &Tree, group_of: &[usize]) -> Tree {
+/// If `family_of` does not have one entry per leaf.
+pub fn collapse(tree: &Tree, family_of: &[usize]) -> Tree {
     let leaves = leaf_count(tree);
-    assert_eq!(group_of.len(), leaves, "one group a leaf");
-    let groups = group_of.iter().max().map_or(0, |largest| largest + 1);
-    let mut nodes: Vec<Node> = (0..groups)
-        .map(|group| Node {
+    assert_eq!(family_of.len(), leaves, "one family a leaf");
+    let families = family_of.iter().max().map_or(0, |largest| largest + 1);
+    let mut nodes: Vec<Node> = (0..families)
+        .map(|family| Node {
             energy: f64::INFINITY,
-            minimum: Some(MinimumId(group)),
+            minimum: Some(MinimumId(family)),
             children: Vec::new(),
             parent: None,
             evidence: Evidence::Saddle,
         })
         .collect();
-    for (leaf, &group) in group_of.iter().enumerate() {
-        nodes[group].energy = nodes[group].energy.min(tree.nodes[leaf].energy);
+    for (leaf, &family) in family_of.iter().enumerate() {
+        nodes[family].energy = nodes[family].energy.min(tree.nodes[leaf].energy);
     }
-    // Disjoint sets of groups. `top` is the root of each set in the new tree.
-    let mut above: Vec<usize> = (0..groups).collect();
+    // Disjoint sets of families. `top` is the root of each set in the new tree.
+    let mut above: Vec<usize> = (0..families).collect();
     let mut top = above.clone();
-    let find = |above: &mut [usize], mut group: usize| {
-        while above[group] != group {
-            above[group] = above[above[group]];
-            group = above[group];
+    let find = |above: &mut [usize], mut family: usize| {
+        while above[family] != family {
+            above[family] = above[above[family]];
+            family = above[family];
         }
-        group
+        family
     };
-    // A group below each node of the old tree.
-    let mut below = group_of.to_vec();
+    // A family below each node of the old tree.
+    let mut below = family_of.to_vec();
     for node in &tree.nodes[leaves..] {
         below.push(below[node.children[0].0]);
         let mut sets: Vec<usize> = node
@@ -270,17 +270,17 @@ mod tests {
         }
 
         #[test]
-        fn collapsing_keeps_the_lowest_way_between_groups(seed in 0u64..300, leaves in 2usize..25, groups in 1usize..8) {
+        fn collapsing_keeps_the_lowest_way_between_families(seed in 0u64..300, leaves in 2usize..25, families in 1usize..8) {
             let tree = random_tree(seed, leaves, 1 + leaves / 12);
-            let group_of: Vec<usize> = (0..leaves).map(|leaf| (leaf * 7 + leaf / 3) % groups.min(leaves)).collect();
-            let coarse = collapse(&tree, &group_of);
-            let count = group_of.iter().max().unwrap() + 1;
-            // By brute force: lowest bottleneck over all chains of groups (Floyd and Warshall).
+            let family_of: Vec<usize> = (0..leaves).map(|leaf| (leaf * 7 + leaf / 3) % families.min(leaves)).collect();
+            let coarse = collapse(&tree, &family_of);
+            let count = family_of.iter().max().unwrap() + 1;
+            // By brute force: lowest bottleneck over all chains of families (Floyd and Warshall).
             let mut heights = vec![vec![f64::INFINITY; count]; count];
             for a in 0..leaves {
                 for b in 0..leaves {
                     let height = meet(&tree, a, b);
-                    let cell = &mut heights[group_of[a]][group_of[b]];
+                    let cell = &mut heights[family_of[a]][family_of[b]];
                     *cell = cell.min(height);
                 }
             }

@@ -58,7 +58,7 @@ pub fn opened(hand: &Hand, object: &ExactMesh, grasp: &Grasp, gap_m: f64) -> Vec
     moved
         .map(|((&q, step), joint)| {
             let target = q + step / joint.kind.radians_per_unit();
-            let [lower, upper] = joint.limits_rad;
+            let [lower, upper] = joint.limits;
             if joint.wraps {
                 target
             } else {

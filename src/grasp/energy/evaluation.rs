@@ -57,7 +57,7 @@ impl<'a> Evaluation<'a> {
         let scene = Scene {
             hand: &energy.hand,
             posed: &memory.posed,
-            joints_rad: joints_of(self.x),
+            joints: joints_of(self.x),
             object: &energy.object,
             proximity: &memory.proximity,
             layer: &energy.layer,

@@ -216,7 +216,7 @@ impl Scene<'_> {
 
     /// The prior of joint angles z = θ − θ₀: √(zᵀΛz) (Eq. 10), or √Σ (zᵢ/σᵢ)², because the code has no synergies.
     pub(super) fn prior(&self, prior: &PosePrior, joints: &[f64], forces: &mut Forces) -> f64 {
-        let offsets: Vec<f64> = (joints.iter().zip(&prior.rest_rad))
+        let offsets: Vec<f64> = (joints.iter().zip(&prior.rest))
             .map(|(q, rest)| q - rest)
             .collect();
         match self.reading {
@@ -236,7 +236,7 @@ impl Scene<'_> {
                 norm
             }
             Reading::Released => {
-                let deviations = &prior.deviations_rad;
+                let deviations = &prior.deviations;
                 let scores: Vec<f64> = offsets.iter().zip(deviations).map(|(z, d)| z / d).collect();
                 let norm = scores.iter().map(|score| score * score).sum::<f64>().sqrt();
                 if norm > 0.0 {

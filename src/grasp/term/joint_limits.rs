@@ -35,9 +35,9 @@ impl Term for JointLimits {
 
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {
         let mut energy = 0.0;
-        let joints = scene.hand.joints.iter().zip(scene.joints_rad);
+        let joints = scene.hand.joints.iter().zip(scene.joints);
         for ((joint, &angle), force) in joints.zip(&mut forces.joints) {
-            let [lower, upper] = joint.limits_rad;
+            let [lower, upper] = joint.limits;
             let scale = joint.kind.radians_per_unit();
             let (above, above_slope) = rounded_hinge(
                 scale * (angle - upper) + Self::ROUNDING_RAD,

@@ -33,8 +33,8 @@ pub struct Scene<'a> {
     pub hand: &'a Hand,
     /// The posed hand, object frame. Its surface points need not be posed.
     pub posed: &'a PosedHand,
-    /// Joint angles.
-    pub joints_rad: &'a [f64],
+    /// Joints, radians; metres for sliding joints.
+    pub joints: &'a [f64],
     /// The object.
     pub object: &'a Object,
     /// Pairs of parts of the hand that may overlap.

@@ -32,10 +32,10 @@ impl Term for Prior {
     fn add(&self, scene: &Scene<'_>, forces: &mut Forces) -> f64 {
         let prior = &scene.hand.prior;
         let mut square = 0.0;
-        for_each_product(prior, scene.joints_rad, |i, product| {
-            square += (scene.joints_rad[i] - prior.rest_rad[i]) * product;
+        for_each_product(prior, scene.joints, |i, product| {
+            square += (scene.joints[i] - prior.rest[i]) * product;
         });
-        for_each_product(prior, scene.joints_rad, |i, product| {
+        for_each_product(prior, scene.joints, |i, product| {
             forces.joints[i] += self.weight * product;
         });
         self.weight * (0.5 * square)
@@ -47,12 +47,12 @@ const ROWS: usize = 8;
 
 /// Calls `visit` with every joint and its component of Λz. Λ is symmetric, so a column gives contiguous entries of several
 /// rows. Many rows are summed at a time, each in the order of its columns.
-fn for_each_product(prior: &PosePrior, joints_rad: &[f64], mut visit: impl FnMut(usize, f64)) {
-    let k = prior.rest_rad.len();
+fn for_each_product(prior: &PosePrior, joints: &[f64], mut visit: impl FnMut(usize, f64)) {
+    let k = prior.rest.len();
     for first in (0..k).step_by(ROWS) {
         let mut products = [0.0; ROWS];
         let rows = ROWS.min(k - first);
-        for (j, (angle, rest)) in joints_rad.iter().zip(&prior.rest_rad).enumerate() {
+        for (j, (angle, rest)) in joints.iter().zip(&prior.rest).enumerate() {
             let z = angle - rest;
             let column = &prior.precision[j * k + first..j * k + first + rows];
             if let Ok(column) = <&[f64; ROWS]>::try_from(column) {

@@ -256,7 +256,7 @@ mod tests {
         for n in 0..300 {
             let share = [0.001, 0.01, 0.05, 0.3][n % 4];
             for (q, joint) in joints_of_mut(&mut x).iter_mut().zip(&hand.joints) {
-                let [low, high] = joint.limits_rad;
+                let [low, high] = joint.limits;
                 *q += share * (rng.random_range(low..=high) - *q);
             }
             hand.pose_links(&x, &mut posed);

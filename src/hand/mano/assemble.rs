@@ -95,7 +95,7 @@ pub(in super::super) fn assemble(arrays: &Arrays, side: &SideFile) -> Result<Han
         untouching: untouching(&links, side)?,
         palm_link: LinkId(0),
         joints: whole.joints(),
-        cast_rad: whole.prior.rest_rad.clone(),
+        cast: whole.prior.rest.clone(),
         prior: whole.prior.clone(),
         exact: vec![false; capsules.len()],
         capsules,
@@ -127,7 +127,7 @@ pub(in super::super) fn assemble(arrays: &Arrays, side: &SideFile) -> Result<Han
         let chosen = Coordinates::components(arrays, count).map_err(error)?;
         hand.blend = Some(blend(&chosen));
         hand.joints = chosen.joints();
-        hand.cast_rad.clone_from(&chosen.prior.rest_rad);
+        hand.cast.clone_from(&chosen.prior.rest);
         hand.prior = chosen.prior;
     }
     let mut rest = PosedHand::default();
@@ -316,9 +316,9 @@ impl Coordinates {
             names: names.collect(),
             limits: limits(&poses, &arrays.mean_rad)?,
             prior: PosePrior {
-                rest_rad: arrays.mean_rad.as_slice().to_vec(),
+                rest: arrays.mean_rad.as_slice().to_vec(),
                 precision: precision.as_slice().to_vec(),
-                deviations_rad: covariance.diagonal().map(f64::sqrt).as_slice().to_vec(),
+                deviations: covariance.diagonal().map(f64::sqrt).as_slice().to_vec(),
             },
         })
     }
@@ -339,9 +339,9 @@ impl Coordinates {
             names: (1..=count).map(|n| format!("component_{n}")).collect(),
             limits: limits(&coefficients, &DVector::zeros(count))?,
             prior: PosePrior {
-                rest_rad: vec![0.0; count],
+                rest: vec![0.0; count],
                 precision: precision.as_slice().to_vec(),
-                deviations_rad: deviations.as_slice().to_vec(),
+                deviations: deviations.as_slice().to_vec(),
             },
         })
     }
@@ -360,7 +360,7 @@ impl Coordinates {
                     },
                 ),
                 kind: JointKind::Hinge,
-                limits_rad: *limits,
+                limits: *limits,
                 wraps: false,
             })
             .collect()
@@ -403,7 +403,7 @@ fn palm(hand: &Hand) -> PalmFrame {
         hand.pose(&crate::space::Pose::at_origin(angles), &mut posed);
         posed
     };
-    let [straight, mean] = [posed(&[0.0; ANGLES]), posed(&hand.prior.rest_rad)];
+    let [straight, mean] = [posed(&[0.0; ANGLES]), posed(&hand.prior.rest)];
     let middle = |posed: &PosedHand, link: usize| {
         let points = &posed.points[hand.link_points[link].clone()];
         points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64

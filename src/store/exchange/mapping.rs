@@ -340,7 +340,7 @@ fn joint_columns(
     mapping: &Mapping,
     notes: &mut Vec<String>,
 ) -> Result<(Vec<String>, Vec<usize>), String> {
-    const LIST: &str = "joints_rad";
+    const LIST: &str = "joints";
     let has_list = table.columns.iter().any(|column| column == LIST);
     let in_order = || (0..hand.len()).collect::<Vec<usize>>();
     let list = match &mapping.joints {

@@ -20,7 +20,7 @@ use super::{Experiment, GraspMapSettings};
 use crate::evaluation::stability::Protocol;
 use crate::formats::toml_text;
 use crate::limits::Beyond;
-use crate::topography::{GroupSettings, LowestSettings, MapSettings, SearchSettings};
+use crate::topography::{FamilySettings, LowestSettings, MapSettings, SearchSettings};
 
 pub(super) const SYNTH: &str = include_str!("synth.txt");
 const BUILD: &str = include_str!("build.txt");
@@ -335,7 +335,7 @@ impl GraspMapSettings {
 struct SurfaceFile {
     search: Option<SearchSettings>,
     lowest: Option<LowestSettings>,
-    groups: Option<GroupSettings>,
+    families: Option<FamilySettings>,
 }
 
 impl SurfaceFile {
@@ -343,7 +343,7 @@ impl SurfaceFile {
         Self {
             search: Some(SearchSettings::default()),
             lowest: Some(LowestSettings::default()),
-            groups: Some(GroupSettings::of_saddles()),
+            families: Some(FamilySettings::of_saddles()),
         }
     }
 }
@@ -415,13 +415,13 @@ impl SurfaceConfiguration {
         }
     }
 
-    /// The settings of the groups in place of the usual ones.
+    /// The settings of the families in place of the usual ones.
     ///
     /// # Errors
     /// Never after [`Self::read`].
-    pub fn groups(&self, usual: GroupSettings) -> Result<GroupSettings, ConfigurationError> {
+    pub fn families(&self, usual: FamilySettings) -> Result<FamilySettings, ConfigurationError> {
         match &self.0 {
-            Some(given) => given.over("groups", &usual),
+            Some(given) => given.over("families", &usual),
             None => Ok(usual),
         }
     }

@@ -84,7 +84,7 @@ fn read(of: &ConfigurationFile, text: &str) -> Result<Table, String> {
             Ok(plain(&SurfaceFile {
                 search: Some(search),
                 lowest: Some(found.lowest(LowestSettings::default()).unwrap()),
-                groups: Some(found.groups(GroupSettings::of_saddles()).unwrap()),
+                families: Some(found.families(FamilySettings::of_saddles()).unwrap()),
             }))
         }
         ConfigurationFile::Stability(_) => {

@@ -12,8 +12,8 @@ use crate::hand::Hand;
 use crate::object::Object;
 use crate::store::{GraspFile, GraspRow, LandscapeFiles};
 use crate::study::error::StudyError;
-use crate::study::level::GroupLevel;
-use crate::study::tables::group_of;
+use crate::study::level::FamilyLevel;
+use crate::study::tables::family_of;
 use crate::study::{GraspSetting, MinimumName, Run};
 use crate::topography::{Phase, Tally};
 
@@ -52,8 +52,8 @@ impl DiversitySet {
         })
     }
 
-    /// Counts the grasps of the landscape in `folder`: each by the group and the pose of the minimum that it descended to.
-    /// `group_barrier` replaces the landscape's own level of groups, in units of its energy. Labels given when the
+    /// Counts the grasps of the landscape in `folder`: each by the family and the pose of the minimum that it descended to.
+    /// `family_barrier` replaces the landscape's own level of families, in units of its energy. Labels given when the
     /// landscape was built override the rule.
     ///
     /// # Errors
@@ -62,21 +62,21 @@ impl DiversitySet {
         name: &str,
         files: &LandscapeFiles,
         folder: &Path,
-        group_barrier: Option<f64>,
+        family_barrier: Option<f64>,
         rule: &Rule,
         run: &Run<'_>,
     ) -> Result<Self, StudyError> {
         let network = files.network(folder)?;
         let families_at = |barrier: Option<f64>| -> BTreeMap<String, usize> {
             let mut families = BTreeMap::new();
-            for (row, group) in (files.minima.iter()).zip(group_of(files, &network, barrier)) {
-                *families.entry(format!("g{group}")).or_insert(0) += row.members.len();
+            for (row, family) in (files.minima.iter()).zip(family_of(files, &network, barrier)) {
+                *families.entry(format!("g{family}")).or_insert(0) += row.members.len();
             }
             families.retain(|_, count| *count > 0);
             families
         };
-        let families = families_at(group_barrier);
-        let level = GroupLevel::of(&files.manifest, group_barrier);
+        let families = families_at(family_barrier);
+        let level = FamilyLevel::of(&files.manifest, family_barrier);
         let at_other_levels = level
             .iter()
             .flat_map(|level| OTHER_LEVELS.map(|factor| families_at(Some(factor * level.barrier))));

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 
 use super::error::{FewGrasps, StudyError};
-use super::level::GroupLevel;
+use super::level::FamilyLevel;
 use crate::agreement::{Estimated, HillNumbers, Ratio};
 use crate::topography::LEAST_MEMBERS;
 
@@ -39,7 +39,7 @@ impl Default for DiversitySettings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Counted {
-    /// Groups of a landscape: grasps between which the hand passes over low barriers.
+    /// Grasps of a landscape between which the hand passes over low barriers.
     Families,
     /// Types of the GRASP taxonomy.
     Types,
@@ -85,7 +85,7 @@ pub struct DiversitySet {
     /// The counts, in the order of [`Counted::ALL`]. Grasps that are of no kind are left out.
     pub counts: [Counts; 4],
     /// The level of the families, if there are any.
-    pub level: Option<GroupLevel>,
+    pub level: Option<FamilyLevel>,
     /// Numbers of grasps in each family at [`OTHER_LEVELS`] times the level; empty if the level is not known.
     pub families_at_other_levels: Vec<Vec<usize>>,
 }
@@ -424,7 +424,7 @@ impl DiversityComparison {
 
     /// Families at different levels are shown, but none of them is called more diverse.
     fn refuse_other_levels(&mut self, sets: &[DiversitySet]) {
-        let levels: Vec<(&str, &GroupLevel)> = (sets.iter())
+        let levels: Vec<(&str, &FamilyLevel)> = (sets.iter())
             .filter_map(|set| Some((set.name.as_str(), set.level.as_ref()?)))
             .collect();
         let Some((first, others)) = levels.split_first() else {
@@ -432,7 +432,7 @@ impl DiversityComparison {
         };
         let mut differences = others
             .iter()
-            .filter_map(|other| GroupLevel::difference(*first, *other));
+            .filter_map(|other| FamilyLevel::difference(*first, *other));
         let Some(note) = differences.next() else {
             return;
         };

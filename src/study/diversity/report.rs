@@ -246,7 +246,7 @@ impl DiversityComparison {
             .iter()
             .any(|measure| measure.of == Counted::Families)
         {
-            "; those of families span the intervals at half and at twice the level of groups"
+            "; those of families span the intervals at half and at twice their level"
         } else {
             ""
         };

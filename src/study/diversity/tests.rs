@@ -287,7 +287,7 @@ fn the_height_of_one_pass_decides_nothing() {
 fn families_of_different_levels_are_not_compared() {
     let at = |name: &str, counts: &[usize], barrier| {
         let mut set = set(name, Counted::Families, counts);
-        set.level = Some(GroupLevel {
+        set.level = Some(FamilyLevel {
             barrier,
             letting_go: Some(1.0),
         });

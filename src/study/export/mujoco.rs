@@ -295,7 +295,7 @@ impl Writer<'_> {
             let lever = joint.kind.radians_per_unit();
             // Beyond these targets a spring at a limit pulls no harder.
             let beyond = squeeze.torque_limit_n_m / squeeze.stiffness_n_m / lever;
-            let [lower, upper] = joint.limits_rad;
+            let [lower, upper] = joint.limits;
             let range = if joint.wraps {
                 String::new()
             } else {

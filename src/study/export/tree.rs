@@ -62,7 +62,7 @@ fn of_motion(hand: &Hand, id: LinkId, link: &Link, motion: &Motion) -> (Frame, O
         leader: motion.joint,
         follows,
     };
-    let limits = (!leader.wraps).then_some(leader.limits_rad);
+    let limits = (!leader.wraps).then_some(leader.limits);
     if leader.link == id {
         return (displaced(), Some(moving(limits, None)));
     }

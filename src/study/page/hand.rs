@@ -11,7 +11,7 @@ pub(super) fn hand(name: &str, hand: &Hand, pack: &mut Pack) -> Value {
     let joints = hand.joints.iter().map(|joint| {
         json!({
             "name": joint.name,
-            "limits": joint.limits_rad,
+            "limits": joint.limits,
             "slides": joint.kind == JointKind::Slide,
         })
     });

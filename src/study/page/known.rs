@@ -109,7 +109,7 @@ fn simulated(file: &GraspFile) -> Statement {
 /// Sets of contact regions, and how many of them were probably not met.
 fn touching(found: &Rarefaction) -> Statement {
     let [set, sets] = ["set of contact regions", Counted::Contacts.name()];
-    let number = match found.groups {
+    let number = match found.kinds {
         1 => format!("1 {set}"),
         several => format!("{several} {sets}"),
     };

@@ -52,7 +52,7 @@ use crate::hand::Hand;
 use crate::printable::printable;
 use crate::store::Manifest;
 use crate::study::error::StudyError;
-use crate::study::level::GroupLevel;
+use crate::study::level::FamilyLevel;
 use crate::study::looks;
 use crate::topography::{Evidence, TreeDifference};
 
@@ -132,7 +132,7 @@ pub fn landscape_page(
     Ok(scenes.page(command, &sides, &difference, &pack))
 }
 
-/// What to know before two named landscapes are compared: that their objects or the levels of their groups differ. Each note
+/// What to know before two named landscapes are compared: that their objects or the levels of their families differ. Each note
 /// is a sentence without a full stop.
 pub fn comparison_notes([one, other]: [(&str, &Manifest); 2]) -> Vec<String> {
     let objects =
@@ -151,10 +151,11 @@ pub fn comparison_notes([one, other]: [(&str, &Manifest); 2]) -> Vec<String> {
         }
         _ => None,
     };
-    let levels = [one, other].map(|(name, manifest)| Some((name, GroupLevel::of(manifest, None)?)));
+    let levels =
+        [one, other].map(|(name, manifest)| Some((name, FamilyLevel::of(manifest, None)?)));
     let levels = match &levels {
         [Some((name, level)), Some((other, other_level))] => {
-            GroupLevel::difference((name, level), (other, other_level))
+            FamilyLevel::difference((name, level), (other, other_level))
         }
         _ => None,
     };

@@ -7,8 +7,8 @@ use crate::figure::layout::place;
 use crate::figure::{BarrierPicture, PlacedGraph};
 use crate::store::{LandscapeFiles, MinimumRow};
 use crate::study::error::StudyError;
-use crate::study::tables::group_of;
-use crate::topography::view::{View, grouped, restricted};
+use crate::study::tables::family_of;
+use crate::topography::view::{View, network_of_families, restricted};
 use crate::topography::{Attempts, Evidence, MinimumId, Network, Searched, Tree};
 
 /// Names of the kinds of evidence, by their number in the arrays.
@@ -62,12 +62,12 @@ pub(super) fn tree(tree: &Tree, attempts: &Attempts, pack: &mut Pack) -> Value {
     })
 }
 
-/// What the circles of a graph are: each stands for a minimum, or for a group at its lowest minimum.
+/// What the circles of a graph are: each stands for a minimum, or for a family at its lowest minimum.
 struct Circles {
     network: Network,
     /// The minimum that each circle shows.
     minima: Vec<usize>,
-    are_groups: bool,
+    are_families: bool,
 }
 
 impl Circles {
@@ -77,37 +77,37 @@ impl Circles {
             return Self {
                 network: network.clone(),
                 minima: (0..network.node_count()).collect(),
-                are_groups: false,
+                are_families: false,
             };
         }
-        let groups = group_of(files, network, None);
-        let mut lowest = vec![usize::MAX; groups.iter().max().map_or(0, |group| group + 1)];
-        for (minimum, group) in groups.iter().enumerate() {
+        let families = family_of(files, network, None);
+        let mut lowest = vec![usize::MAX; families.iter().max().map_or(0, |family| family + 1)];
+        for (minimum, family) in families.iter().enumerate() {
             // Minima are sorted by energy.
-            lowest[*group] = lowest[*group].min(minimum);
+            lowest[*family] = lowest[*family].min(minimum);
         }
-        let all = grouped(network, &groups);
+        let all = network_of_families(network, &families);
         if all.node_count() <= most {
             return Self {
                 network: all,
                 minima: lowest,
-                are_groups: true,
+                are_families: true,
             };
         }
-        let view = View::whole(&crate::figure::layout::collapse(tree, &groups)).deepest(most);
+        let view = View::whole(&crate::figure::layout::collapse(tree, &families)).deepest(most);
         Self {
             network: restricted(&all, &view.minima, Evidence::Chain),
             minima: view
                 .minima
                 .iter()
-                .map(|MinimumId(group)| lowest[*group])
+                .map(|MinimumId(family)| lowest[*family])
                 .collect(),
-            are_groups: true,
+            are_families: true,
         }
     }
 }
 
-/// The barrier graph of the minima, or of the groups if there are more minima than a picture can show.
+/// The barrier graph of the minima, or of the families if there are more minima than a picture can show.
 ///
 /// # Errors
 /// If an energy is not finite.
@@ -132,7 +132,7 @@ pub(super) fn graph(
     let widths: Vec<f64> = lines.iter().map(|line| line.width).collect();
     Ok(json!({
         "size": picture.size,
-        "of": if circles.are_groups { "groups" } else { "minima" },
+        "of": if circles.are_families { "families" } else { "minima" },
         "minimum": pack.wholes(circles.minima.iter().copied()),
         "x": pack.floats(&places(0)),
         "y": pack.floats(&places(1)),
@@ -146,8 +146,8 @@ pub(super) fn graph(
     }))
 }
 
-/// Numbers of the groups of the minima as the landscape has them.
-pub(super) fn groups(minima: &[MinimumRow], pack: &mut Pack) -> Value {
-    let group = |row: &MinimumRow| usize::try_from(row.group).unwrap_or(usize::MAX);
-    pack.wholes(minima.iter().map(group))
+/// Numbers of the families of the minima as the landscape has them.
+pub(super) fn families(minima: &[MinimumRow], pack: &mut Pack) -> Value {
+    let family = |row: &MinimumRow| usize::try_from(row.family).unwrap_or(usize::MAX);
+    pack.wholes(minima.iter().map(family))
 }

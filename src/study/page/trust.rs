@@ -166,23 +166,24 @@ fn supported(tree: &Tree, attempts: &Attempts) -> Option<Statement> {
     })
 }
 
-/// Groups that the grasps did not show.
+/// Families that the grasps did not show.
 fn unseen(manifest: &Manifest) -> Option<Statement> {
     manifest.hand.as_ref()?;
-    let groups = &manifest.findings.get("rarefaction")?["groups"];
-    let number = |name: &str| groups[name].as_f64();
-    let interval = &groups["unseen_interval"];
+    let families = &manifest.findings.get("rarefaction")?["families"];
+    let number = |name: &str| families[name].as_f64();
+    let interval = &families["unseen_interval"];
     let (Some(unseen), Some(coverage), Some(members)) =
         (number("unseen"), number("coverage"), number("members"))
     else {
         return Some(Statement {
             tone: "care",
             short: "too few grasps to estimate what is missing".to_owned(),
-            long: "With so few grasps, the number of unseen groups cannot be estimated.".to_owned(),
+            long: "With so few grasps, the number of unseen families cannot be estimated."
+                .to_owned(),
         });
     };
     let [low, high] = [0, 1].map(|end| interval[end].as_f64().unwrap_or(f64::NAN));
-    let kind = ["group", "groups"];
+    let kind = ["family", "families"];
     Some(missing(kind, [unseen, low, high], coverage, members))
 }
 
@@ -343,11 +344,11 @@ mod tests {
     /// An estimate of nothing asks for no caution.
     #[test]
     fn nothing_unseen_is_good_news() {
-        let group = ["group", "groups"];
-        let none = missing(group, [0.0, 0.0, 2.0], 0.98, 100.0);
+        let family = ["family", "families"];
+        let none = missing(family, [0.0, 0.0, 2.0], 0.98, 100.0);
         assert_eq!(
             (none.tone, none.short.as_str()),
-            ("good", "probably no group unseen")
+            ("good", "probably no family unseen")
         );
         assert!(
             none.long
@@ -355,28 +356,28 @@ mod tests {
             "{}",
             none.long
         );
-        let some = missing(group, [15.2, 4.0, 60.0], 0.9, 100.0);
+        let some = missing(family, [15.2, 4.0, 60.0], 0.9, 100.0);
         assert_eq!(
             (some.tone, some.short.as_str()),
-            ("care", "about 15 groups unseen")
+            ("care", "about 15 families unseen")
         );
         assert!(
             some.long
                 .contains("at least about 15 (95 % interval 4 to 60)")
         );
         assert_eq!(
-            missing(group, [1.0, 0.0, 4.0], 0.9, 100.0).short,
-            "about 1 group unseen"
+            missing(family, [1.0, 0.0, 4.0], 0.9, 100.0).short,
+            "about 1 family unseen"
         );
     }
 
     /// A sample of N that shows no rare kind bounds the share of the others by 3/N: they are never excluded.
     #[test]
     fn no_chance_is_certain() {
-        let all = missing(["group", "groups"], [0.0, 0.0, 0.2], 1.0, 60.0);
+        let all = missing(["family", "families"], [0.0, 0.0, 0.2], 1.0, 60.0);
         assert!(
             all.long
-                .contains("never met: probably none. One more grasp falls into a known group")
+                .contains("never met: probably none. One more grasp falls into a known family")
                 && all.long.contains("with a chance of at least 95 %."),
             "{}",
             all.long

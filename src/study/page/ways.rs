@@ -17,7 +17,7 @@ use crate::space::Space;
 use crate::store::{LandscapeFiles, PathPoint};
 use crate::topography::{Evidence, Network, spanning_forest};
 
-/// Number of minima above which only the ways between groups are kept.
+/// Number of minima above which only the ways between families are kept.
 const ALL_WAYS: usize = 1000;
 
 /// A way along an edge.
@@ -134,8 +134,8 @@ impl<'a> Ways<'a> {
         }
         self.minima[ends[1]] = copy(space, &last, &self.minima[ends[1]], false);
         let few = files.minima.len() <= ALL_WAYS;
-        let joins_groups = files.minima[ends[0]].group != files.minima[ends[1]].group;
-        if turned.len() > 1 && (few || joins_groups) {
+        let joins_families = files.minima[ends[0]].family != files.minima[ends[1]].family;
+        if turned.len() > 1 && (few || joins_families) {
             self.ways.push(Way {
                 ends,
                 edge,

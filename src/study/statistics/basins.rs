@@ -14,7 +14,7 @@ use crate::hand::PosedHand;
 use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::{LandscapeFiles, MinimumRow};
 use crate::study::error::StudyError;
-use crate::study::tables::group_of;
+use crate::study::tables::family_of;
 use crate::study::{GraspSetting, MinimumName};
 use crate::topography::{Ancestors, Evidence, MinimumId, Network, Tree};
 
@@ -92,10 +92,10 @@ pub struct Basins {
     pub inapplicable: Option<Inapplicable>,
     /// Number of minima whose label is from a human or from the file.
     pub labelled_in_file: usize,
-    /// Relative barrier of the groups.
-    pub group_barrier: f64,
-    /// Number of groups.
-    pub groups: usize,
+    /// Relative barrier of the families.
+    pub family_barrier: f64,
+    /// Number of families.
+    pub families: usize,
     /// Lowest height at which two minima are joined; NaN if they are not.
     pub saddles: PairMatrix,
     /// The same above the higher minimum.
@@ -111,7 +111,7 @@ pub struct Basins {
 impl Basins {
     pub(super) fn of(
         landscape: &NamedLandscape<'_>,
-        group_barrier: Option<f64>,
+        family_barrier: Option<f64>,
     ) -> Result<Self, StudyError> {
         let NamedLandscape {
             files,
@@ -152,11 +152,11 @@ impl Basins {
         Ok(Self {
             inapplicable: anatomy.as_ref().err().copied().map(Inapplicable::Hand),
             labelled_in_file: rows.iter().filter(|row| !row.labels.is_empty()).count(),
-            groups: (group_of(files, network, group_barrier).iter().max())
+            families: (family_of(files, network, family_barrier).iter().max())
                 .map_or(0, |last| last + 1),
-            group_barrier: group_barrier
-                .or(files.manifest.group_barrier)
-                .ok_or(StudyError::NoGroupBarrier)?,
+            family_barrier: family_barrier
+                .or(files.manifest.family_barrier)
+                .ok_or(StudyError::NoFamilyBarrier)?,
             barriers: PairMatrix::from_fn(size, |i, j| {
                 saddles.get(i, j) - rows[i].energy.max(rows[j].energy)
             }),
@@ -229,8 +229,8 @@ impl Part {
     }
 
     /// Weights of the barrier graph: exp(−relative barrier / b).
-    pub fn graph(&self, group_barrier: f64) -> PairMatrix {
-        let scale = group_barrier.max(f64::MIN_POSITIVE);
+    pub fn graph(&self, family_barrier: f64) -> PairMatrix {
+        let scale = family_barrier.max(f64::MIN_POSITIVE);
         PairMatrix::from_fn(self.cases.len(), |i, j| {
             libm::exp(-self.barriers.get(i, j).max(0.0) / scale)
         })

@@ -27,17 +27,17 @@ pub struct TaxonomyComparison<'a> {
 }
 
 /// Tests by permutation whether heights between the minima of a landscape correlate with their categories and types.
-/// `group_barrier` replaces the landscape's own group barrier; `seed` is for permutations and resamplings.
+/// `family_barrier` replaces the landscape's own family barrier; `seed` is for permutations and resamplings.
 ///
 /// # Errors
-/// If the landscape has no group barrier.
+/// If the landscape has no family barrier.
 pub fn compare_with_taxonomy<'a>(
     landscape: &NamedLandscape<'a>,
     settings: &'a StatisticsSettings,
-    group_barrier: Option<f64>,
+    family_barrier: Option<f64>,
     seed: u64,
 ) -> Result<TaxonomyComparison<'a>, StudyError> {
-    let basins = Basins::of(landscape, group_barrier)?;
+    let basins = Basins::of(landscape, family_barrier)?;
     Ok(TaxonomyComparison {
         table: table(&basins, settings, seed),
         basins,
@@ -168,8 +168,8 @@ impl TaxonomyComparison<'_> {
             "rule": self.rule.version,
             "settings": self.settings,
             "seed": self.seed,
-            "group_barrier": self.basins.group_barrier,
-            "groups": self.basins.groups,
+            "family_barrier": self.basins.family_barrier,
+            "families": self.basins.families,
             "statistics": self.table.rows,
             "cuts": self.table.cuts,
         })

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::basins::{Basins, NamedLandscape};
 use crate::evaluation::taxonomy::Taxonomy;
 use crate::printable::counted;
-use crate::study::GroupLevel;
+use crate::study::FamilyLevel;
 use crate::study::error::StudyError;
 use crate::study::markdown::table;
 
@@ -52,16 +52,16 @@ pub(super) fn types(basins: &Basins) -> Vec<(String, [u64; 2])> {
 /// Compares the types and cells of two landscapes.
 ///
 /// # Errors
-/// If a landscape has no group barrier and `group_barrier` is `None`.
+/// If a landscape has no family barrier and `family_barrier` is `None`.
 pub fn compare_types(
     one: &NamedLandscape<'_>,
     other: &NamedLandscape<'_>,
-    group_barrier: Option<f64>,
+    family_barrier: Option<f64>,
 ) -> Result<TypeComparison, StudyError> {
-    let [one, other] = [one, other].map(|side| Side::of(side, group_barrier));
+    let [one, other] = [one, other].map(|side| Side::of(side, family_barrier));
     let sides = [one?, other?];
     let names = sides.each_ref().map(|side| side.basins.name.as_str());
-    let barriers = sides.each_ref().map(|side| side.basins.group_barrier);
+    let barriers = sides.each_ref().map(|side| side.basins.family_barrier);
     let taxonomy = Taxonomy::feix();
     let types = taxonomy.types.iter().map(|entry| entry.name.as_str());
     let grasps: Vec<(&str, [u64; 2])> = types
@@ -76,7 +76,7 @@ pub fn compare_types(
     let mut text = format!("# {} and {}\n\n", names[0], names[1]);
     text += &sides.each_ref().map(Side::line).concat();
     let levels = sides.each_ref().map(|side| side.level);
-    let note = GroupLevel::difference((names[0], &levels[0]), (names[1], &levels[1]));
+    let note = FamilyLevel::difference((names[0], &levels[0]), (names[1], &levels[1]));
     if let Some(note) = &note {
         let _ = writeln!(text, "\nNote: {note}.");
     }
@@ -91,10 +91,10 @@ pub fn compare_types(
     let rows = rows.map(|(name, grasps)| json!({ "type": name, "grasps": grasps }));
     let value = json!({
         "landscapes": names,
-        "group_barriers": barriers,
-        "group_levels": levels,
-        "group_note": note,
-        "groups": sides.each_ref().map(|side| side.basins.groups),
+        "family_barriers": barriers,
+        "family_levels": levels,
+        "family_note": note,
+        "families": sides.each_ref().map(|side| side.basins.families),
         "types": rows.collect::<Vec<_>>(),
         "cells": sides.each_ref().map(|side| &side.cells),
         "missing_cells": missing,
@@ -108,19 +108,19 @@ struct Side {
     /// Numbers of minima and grasps by type.
     types: BTreeMap<String, [u64; 2]>,
     cells: BTreeSet<String>,
-    /// The level of its groups.
-    level: GroupLevel,
+    /// The level of its families.
+    level: FamilyLevel,
 }
 
 impl Side {
-    fn of(landscape: &NamedLandscape<'_>, group_barrier: Option<f64>) -> Result<Self, StudyError> {
-        let basins = Basins::of(landscape, group_barrier)?;
+    fn of(landscape: &NamedLandscape<'_>, family_barrier: Option<f64>) -> Result<Self, StudyError> {
+        let basins = Basins::of(landscape, family_barrier)?;
         let cells = basins.minima.iter().filter_map(|basin| basin.cell.clone());
         Ok(Self {
             types: types(&basins).into_iter().collect(),
             cells: cells.collect(),
-            level: GroupLevel {
-                barrier: basins.group_barrier,
+            level: FamilyLevel {
+                barrier: basins.family_barrier,
                 letting_go: landscape.files.manifest.letting_go,
             },
             basins,
@@ -143,7 +143,7 @@ impl Side {
             self.cells.len(),
             taxonomy.cells().len(),
             counted(self.basins.minima.len(), "minimum"),
-            counted(self.basins.groups, "group"),
+            counted(self.basins.families, "family"),
             self.level
         )
     }

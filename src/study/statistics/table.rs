@@ -113,7 +113,7 @@ pub(super) fn table(basins: &Basins, settings: &StatisticsSettings, seed: u64) -
     let part = Part::new(basins, settings, |basin| basin.category);
     let tree = Dendrogram::new(&part.saddles);
     let ranks = part.saddles.ranks();
-    let graph = part.graph(basins.group_barrier);
+    let graph = part.graph(basins.family_barrier);
     let cuts = cuts_between(&tree, settings.cuts);
     let curve = |compare| agreement_of_cuts(&tree, &part.labels, settings.cuts, compare);
     let curves = [

@@ -18,7 +18,7 @@ use super::Run;
 use super::build::GraspLandscape;
 use super::diversity::Counter;
 use super::error::StudyError;
-use super::level::{GroupLevel, letting_go};
+use super::level::{FamilyLevel, letting_go};
 use crate::agreement::rarefied_hill_numbers;
 use crate::evaluation::taxonomy::Rule;
 use crate::grasp::GraspEnergy;
@@ -66,10 +66,10 @@ pub struct SurveyedPopulation {
 pub struct SurveyedMap {
     /// Number of minima.
     pub minima: usize,
-    /// Its families: groups of minima joined by low barriers.
+    /// Its families: sets of minima joined by low barriers.
     pub families: Vec<SurveyedFamily>,
-    /// The level of the groups.
-    pub level: GroupLevel,
+    /// The level of the families.
+    pub level: FamilyLevel,
     /// Energy evaluations of the map.
     pub evaluations: usize,
 }
@@ -121,7 +121,7 @@ impl SurveyedPopulation {
     /// Adds what the landscape tells that was mapped on this energy.
     pub fn add_map(&mut self, energy: &GraspEnergy, found: &GraspLandscape, rule: &Rule) {
         let counter = Counter::new(energy.hand(), energy.object(), rule);
-        let (network, groups) = (&found.landscape.network, &found.landscape.groups);
+        let (network, found_families) = (&found.landscape.network, &found.landscape.families);
         let family = |members: &Vec<MinimumId>| {
             let mut contacts = KindCounts::new();
             for id in members {
@@ -134,12 +134,12 @@ impl SurveyedPopulation {
                 contacts: commonest(&contacts),
             }
         };
-        let families = groups.members.par_iter().map(family);
+        let families = found_families.members.par_iter().map(family);
         self.map = Some(SurveyedMap {
             minima: network.node_count(),
             families: families.filter(|family| family.grasps > 0).collect(),
-            level: GroupLevel {
-                barrier: groups.barrier,
+            level: FamilyLevel {
+                barrier: found_families.barrier,
                 letting_go: letting_go(energy.settings()),
             },
             evaluations: found.evaluations,
@@ -230,13 +230,13 @@ fn different_levels(populations: &[SurveyedPopulation]) -> Vec<String> {
     let levels = populations
         .iter()
         .filter_map(|population| Some((population.name.as_str(), &population.map.as_ref()?.level)));
-    let levels: Vec<(&str, &GroupLevel)> = levels.collect();
+    let levels: Vec<(&str, &FamilyLevel)> = levels.collect();
     let Some((first, others)) = levels.split_first() else {
         return Vec::new();
     };
     let note = others
         .iter()
-        .find_map(|other| GroupLevel::difference(*first, *other));
+        .find_map(|other| FamilyLevel::difference(*first, *other));
     note.into_iter().collect()
 }
 

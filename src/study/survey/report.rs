@@ -170,7 +170,7 @@ impl Survey {
 
     fn explanation() -> String {
         format!(
-            "Families are groups of a landscape: grasps between which the hand passes over low barriers. \"Families unseen\" is a \
+            "Families are grasps of a landscape between which the hand passes over low barriers. \"Families unseen\" is a \
              lower bound of what the grasps have not shown (Chao1, with its 95 % interval), and \"next known\" the chance that \
              one more grasp falls into a known family (Good and Turing). Types and cells are those of the GRASP taxonomy. \
              Contact regions are the digits (and the palm) that are within 2 mm of the object; a set of them is a kind. A usual \

@@ -44,7 +44,7 @@ fn population(
         map: Some(SurveyedMap {
             minima: contacts.len(),
             families: families.collect(),
-            level: GroupLevel {
+            level: FamilyLevel {
                 barrier: 0.05,
                 letting_go: Some(1.0),
             },

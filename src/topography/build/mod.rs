@@ -16,7 +16,7 @@ use petgraph::unionfind::UnionFind;
 use rayon::prelude::*;
 
 use super::barrier::{Connection, Connector, Crossing, Pair, Start};
-use super::groups::Groups;
+use super::families::Families;
 use super::journal::{JournalError, Run};
 use super::landscape::{Landscape, NoMinimum};
 use super::minima::distinct;
@@ -179,7 +179,7 @@ impl<'a> LandscapeBuilder<'a> {
                 tolerance: settings.sameness.energy,
             },
             tree: Tree::from_network(&network, Evidence::Chain),
-            groups: Groups::new(&network, &settings.groups),
+            families: Families::new(&network, &settings.families),
             network,
             connections: self.best.into_values().collect(),
             evaluations: self.evaluations,

@@ -6,7 +6,7 @@ use crate::energy::Energy;
 use crate::optimize::QuenchSettings;
 use crate::space::interpolate;
 use crate::topography::adelm::ChainSettings;
-use crate::topography::groups::GroupSettings;
+use crate::topography::families::FamilySettings;
 use crate::topography::minima::MatchTolerance;
 use crate::topography::network::Minimum;
 use crate::topography::pairs::{BetweenMinima, nearest};
@@ -36,8 +36,8 @@ pub struct MapSettings {
     pub quench: QuenchSettings,
     /// Tolerance within which two stationary points are the same.
     pub sameness: MatchTolerance,
-    /// Settings of the groups.
-    pub groups: GroupSettings,
+    /// Settings of the families.
+    pub families: FamilySettings,
     /// Height at which all minima are joined by definition, such as the cost of letting go. Higher connections get this
     /// height, and minima that no path joins are joined at it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -64,7 +64,7 @@ impl MapSettings {
             path: PathSettings::for_scales(energy, length),
             quench: QuenchSettings::for_scales(energy, length),
             sameness: MatchTolerance::for_scales(energy, length),
-            groups: GroupSettings::default(),
+            families: FamilySettings::default(),
             ceiling: None,
             seed: 0,
         }

@@ -6,7 +6,7 @@ use super::{Exploration, Explorer};
 use crate::sample::Mala;
 use crate::space::Space;
 use crate::topography::build::{MapSettings, PairSearch, search_between};
-use crate::topography::groups::GroupSettings;
+use crate::topography::families::FamilySettings;
 use crate::topography::journal::{JournalError, Prefixed, Run};
 use crate::topography::network::MinimumId;
 use crate::topography::path::{PathSettings, near};
@@ -59,7 +59,7 @@ impl Explorer<'_> {
         let bounds = self.joiner.bounds.clone();
         let so_far = self.census.clone();
         let so_far = so_far.finish(self.energy, 0, None, self.limit.counts, bounds);
-        let landscape = so_far.landscape(self.energy, &GroupSettings::default());
+        let landscape = so_far.landscape(self.energy, &FamilySettings::default());
         let settings = self.settings_between(&so_far, pair);
 
         // What follows depends on the pair, and what came before does not: it is kept for other pairs.

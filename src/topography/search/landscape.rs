@@ -7,7 +7,7 @@ use petgraph::graph::NodeIndex;
 use super::{Exploration, TransitionState};
 use crate::energy::Energy;
 use crate::topography::barrier::{Connection, Crossing, rising_term};
-use crate::topography::groups::{GroupSettings, Groups};
+use crate::topography::families::{Families, FamilySettings};
 use crate::topography::landscape::Landscape;
 use crate::topography::network::{Edge, Evidence, MinimumId, Network};
 use crate::topography::support::Attempts;
@@ -26,8 +26,8 @@ impl Exploration {
     }
 
     /// The landscape with the lowest saddle of each pair, the bounds between minima that no saddles join, the merge tree, and
-    /// groups.
-    pub fn landscape(&self, energy: &dyn Energy, groups: &GroupSettings) -> Landscape {
+    /// families.
+    pub fn landscape(&self, energy: &dyn Energy, families: &FamilySettings) -> Landscape {
         let mut pairs: BTreeMap<[MinimumId; 2], Vec<&TransitionState>> = BTreeMap::new();
         for saddle in self
             .saddles
@@ -69,7 +69,7 @@ impl Exploration {
         Landscape {
             attempts: further.map_or_else(Attempts::default, |further| further.verified(&tree)),
             tree,
-            groups: Groups::new(&network, groups),
+            families: Families::new(&network, families),
             network,
             connections,
             rejected: Vec::new(),

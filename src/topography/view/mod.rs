@@ -10,7 +10,7 @@ mod network;
 
 use std::collections::BTreeSet;
 
-pub use network::{bottoms, grouped, restricted};
+pub use network::{bottoms, network_of_families, restricted};
 
 use super::network::{Evidence, MinimumId};
 use super::tree::{Node, NodeId, Tree};

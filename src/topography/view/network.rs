@@ -155,23 +155,27 @@ impl<'a> Forest<'a> {
     }
 }
 
-/// The network of groups: minimum i is in group `group_of[i]`, counted from 0. A group has the energy and coordinates of
-/// its lowest minimum and the members of all. Between two groups the lowest connection is kept (then the best evidence).
+/// The network of families: minimum i is in family `family_of[i]`, counted from 0. A family has the energy and coordinates of
+/// its lowest minimum and the members of all. Between two families the lowest connection is kept (then the best evidence).
 ///
 /// # Panics
-/// If `group_of` does not have one entry for each minimum, or a group is empty.
-pub fn grouped(network: &Network, group_of: &[usize]) -> Network {
-    assert_eq!(group_of.len(), network.node_count(), "one group a minimum");
-    let count = group_of.iter().max().map_or(0, |largest| largest + 1);
+/// If `family_of` does not have one entry for each minimum, or a family is empty.
+pub fn network_of_families(network: &Network, family_of: &[usize]) -> Network {
+    assert_eq!(
+        family_of.len(),
+        network.node_count(),
+        "one family a minimum"
+    );
+    let count = family_of.iter().max().map_or(0, |largest| largest + 1);
     let mut minima: Vec<Vec<&Minimum>> = vec![Vec::new(); count];
-    for (minimum, group) in network.node_weights().zip(group_of) {
-        minima[*group].push(minimum);
+    for (minimum, family) in network.node_weights().zip(family_of) {
+        minima[*family].push(minimum);
     }
-    let mut groups = Network::default();
+    let mut families = Network::default();
     for minima in minima {
         // Of equally low minima the first is used.
         let lowest = minima.iter().min_by(|a, b| a.energy.total_cmp(&b.energy));
-        let lowest = *lowest.expect("no group is empty");
+        let lowest = *lowest.expect("no family is empty");
         let mut members: Vec<usize> = minima
             .iter()
             .flat_map(|minimum| &minimum.members)
@@ -180,7 +184,7 @@ pub fn grouped(network: &Network, group_of: &[usize]) -> Network {
         if minima.len() > 1 {
             members.sort_unstable();
         }
-        groups.add_node(Minimum {
+        families.add_node(Minimum {
             coordinates: lowest.coordinates.clone(),
             energy: lowest.energy,
             members,
@@ -188,7 +192,7 @@ pub fn grouped(network: &Network, group_of: &[usize]) -> Network {
     }
     let mut edges: BTreeMap<[usize; 2], &Edge> = BTreeMap::new();
     for edge in network.edge_references() {
-        let [a, b] = [edge.source(), edge.target()].map(|end| group_of[end.index()]);
+        let [a, b] = [edge.source(), edge.target()].map(|end| family_of[end.index()]);
         if a == b {
             continue;
         }
@@ -202,7 +206,7 @@ pub fn grouped(network: &Network, group_of: &[usize]) -> Network {
         }
     }
     for ([a, b], edge) in edges {
-        groups.add_edge(NodeIndex::new(a), NodeIndex::new(b), edge.clone());
+        families.add_edge(NodeIndex::new(a), NodeIndex::new(b), edge.clone());
     }
-    groups
+    families
 }

@@ -156,11 +156,14 @@ fn connections_lead_through_hidden_minima() {
 }
 
 #[test]
-fn groups_are_minima_of_a_network() {
-    let groups = grouped(&example(), &[1, 0, 0, 1, 2]);
-    let energies: Vec<f64> = groups.node_weights().map(|group| group.energy).collect();
+fn families_are_minima_of_a_network() {
+    let families = network_of_families(&example(), &[1, 0, 0, 1, 2]);
+    let energies: Vec<f64> = families
+        .node_weights()
+        .map(|family| family.energy)
+        .collect();
     assert_eq!(energies, [0.1, 0.0, 0.4]);
-    let edges: Vec<_> = groups
+    let edges: Vec<_> = families
         .raw_edges()
         .iter()
         .map(|edge| edge.weight.height)

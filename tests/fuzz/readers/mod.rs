@@ -24,7 +24,7 @@ use landscape::store::{
 };
 use landscape::study::NetworkOfStates;
 use landscape::topography::exchange::{Database, points, points_of_text, read_points};
-use landscape::topography::{Evidence, GroupSettings, Tree};
+use landscape::topography::{Evidence, FamilySettings, Tree};
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 use parquet::file::metadata::KeyValue;
@@ -140,7 +140,7 @@ pub(crate) fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
             fs::write(&path, bytes).unwrap();
             let joints: Vec<String> = (0..22).map(|joint| format!("j{joint}")).collect();
             let mapping = Mapping {
-                joints: Some(JointColumns::List("joints_rad".to_owned())),
+                joints: Some(JointColumns::List("joints".to_owned())),
                 ..Mapping::default()
             };
             told(exchange::read(&path, &joints, &mapping))
@@ -382,7 +382,7 @@ fn read_journal(bytes: &[u8], folder: &Path) -> Result<(), String> {
 fn set_of_minima(bytes: &[u8], folder: &Path) -> Result<(), String> {
     fs::write(folder.join("min.data"), "0 2 1 0 0 0\n1 2 1 0 0 0\n").unwrap();
     fs::write(folder.join("ts.data"), "").unwrap();
-    let states = NetworkOfStates::open(folder, &GroupSettings::default()).unwrap();
+    let states = NetworkOfStates::open(folder, &FamilySettings::default()).unwrap();
     told(states.minima_of(&String::from_utf8_lossy(bytes)))
 }
 

@@ -258,7 +258,7 @@ pub(crate) fn landscape_folder() -> &'static Path {
         energy: 0.1 * id as f64,
         coordinates: vec![0.1, id as f64],
         members: vec![id, u64::MAX],
-        group: id,
+        family: id,
         labels: [("medium wrap".to_owned(), 2)].into(),
     };
     let (_, path) = FOLDER.get_or_init(|| {

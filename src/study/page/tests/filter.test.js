@@ -60,6 +60,11 @@ test("a family is what is joined below the level", () => {
   assert.equal(found("family = m1", { level: 0.4 }), "");
 });
 
+test("a family of the landscape is named by its number", () => {
+  assert.equal(found("family = g0"), "0 1");
+  assert.equal(found("family > 0", { level: 2.5 }), "2 3");
+});
+
 test("only what is known is offered", () => {
   assert.ok(known(model()).includes("support") && !known(model()).includes("epsilon"));
   assert.deepEqual(examples(model()), ["m3", "tripod", "stable", "energy < 0, not g0", "members > 3", "evidence = saddle or support >= 95%", "not power"]);

@@ -17,7 +17,7 @@ export const side = () => ({
   item: "minimum",
   count: 4,
   energy: Float64Array.of(0, 0.5, 0.2, 0.3),
-  group: [0, 0, 1, 2],
+  family: [0, 0, 1, 2],
   stable: [1, 0, 2, 1],
   member_count: [3, 1, 1, 1],
   label: column(["Tripod", "Writing Tripod", "", "Medium Wrap"]),

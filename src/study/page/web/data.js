@@ -194,7 +194,7 @@ export class Model {
         return above === NONE ? NaN : side.tree.support[above];
       case "energy":
       case "epsilon":
-      case "group":
+      case "family":
         return side[field]?.[k] ?? NaN;
       default:
         return NaN;
@@ -224,7 +224,6 @@ export class Model {
       joins: side => side.tree,
       barrier: side => side.tree,
       evidence: side => side.tree,
-      family: side => side.tree,
       type: side => side.label,
     }[field];
     return this.sides.some(side => Boolean(has ? has(side) : side[field]));

@@ -26,7 +26,7 @@ function saveCanvas(name, canvas) {
 function csv(items) {
   const [side] = model.sides;
   const terms = side.terms?.length ? side.term_names : [];
-  const fields = ["energy", "group", "members", "epsilon", "stable", "joins", "support"].filter(field =>
+  const fields = ["energy", "family", "members", "epsilon", "stable", "joins", "support"].filter(field =>
     items.some(item => !Number.isNaN(model.number(field, item))),
   );
   const head = ["name", ...fields, ...terms.map(term => "term_" + term), "label", "evidence", "ids"];

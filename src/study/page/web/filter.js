@@ -14,7 +14,7 @@ const FIELDS = {
   support: "support",
   members: "members",
   grasps: "members",
-  group: "group",
+  family: "family",
   type: "type",
   joins: "joins",
   barrier: "barrier",
@@ -131,7 +131,7 @@ class FilterParser {
     const value = unquoted(given);
     const model = this.model;
     const field = FIELDS[name];
-    if (!field && !TEXT_FIELDS.includes(name) && name !== "family") throw new Error(`“${name}” is none of ${known(model).join(", ")}`);
+    if (!field && !TEXT_FIELDS.includes(name)) throw new Error(`“${name}” is none of ${known(model).join(", ")}`);
     if (!model.knows(field ?? name)) throw new Error(`${unknown(name, model)}; known are ${known(model).join(", ")}`);
     if (name === "family") return this.family(sign, value);
     if (TEXT_FIELDS.includes(name)) {
@@ -152,11 +152,13 @@ class FilterParser {
     return item => !Number.isNaN(model.number(field, item)) && COMPARISONS[sign](model.number(field, item), wanted);
   }
 
-  // The superbasin of a minimum at the present level.
+  // A family of the landscape by its number, or what is joined to a minimum at the present level.
   family(sign, value) {
     const model = this.model;
+    const number = /^g?(\d+)$/.exec(value);
+    if (number) return item => COMPARISONS[sign](model.number("family", item), Number(number[1]));
     const minimum = model.named(value);
-    if (minimum === null || (sign !== "=" && sign !== "≠")) throw new Error("“family” is compared with a minimum: family = m3");
+    if (minimum === null || (sign !== "=" && sign !== "≠")) throw new Error("“family” is compared with a minimum or a family: family = m3, family = g0");
     if (!this.about.basins) throw new Error("there are families only below a level: drag the level line of the tree");
     const { top } = this.about.basins;
     const same = item => top[item] !== NONE && top[item] === top[minimum] && model.sideOf(item) === model.sideOf(minimum);
@@ -176,9 +178,9 @@ class FilterParser {
       return item => item === wanted;
     }
     if (token === text && /^g\d+$/.test(text)) {
-      if (!model.knows("group")) throw new Error(`${unknown("group", model)}; known are ${known(model).join(", ")}`);
-      const group = Number(text.slice(1));
-      return item => model.number("group", item) === group;
+      if (!model.knows("family")) throw new Error(`${unknown("family", model)}; known are ${known(model).join(", ")}`);
+      const family = Number(text.slice(1));
+      return item => model.number("family", item) === family;
     }
     const fields = ["label", "category", "cell", "object", "given"].filter(field => model.sides.some(side => side[field]));
     if (fields.length === 0) throw new Error(`nothing here has a name such as “${text}”; known are ${known(model).join(", ")}`);
@@ -213,7 +215,7 @@ export function examples(model) {
     label?.split(" ")[0].toLowerCase(),
     model.knows("stable") && "stable",
     model.knows("epsilon") && "energy < 0.2 and epsilon > 0.05",
-    !model.knows("epsilon") && side.group && "energy < 0, not g0",
+    !model.knows("epsilon") && side.family && "energy < 0, not g0",
     model.knows("members") && "members > 3",
     model.knows("support") ? "evidence = saddle or support >= 95%" : side.tree && "evidence = saddle",
     model.knows("category") && "not power",

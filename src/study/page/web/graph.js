@@ -10,8 +10,8 @@ export class GraphPanel {
     this.side = model.sides[0];
     const { graph } = this.side;
     this.circles = Array.from(graph.minimum);
-    this.ofGroups = graph.of === "groups";
-    if (this.ofGroups) section.querySelector("h2").textContent = "Barrier graph of the groups";
+    this.ofFamilies = graph.of === "families";
+    if (this.ofFamilies) section.querySelector("h2").textContent = "Barrier graph of the families";
     this.circleOf = new Map(this.circles.map((item, circle) => [item, circle]));
     this.order = Array.from(graph.a, (_, line) => line);
     this.order.sort((p, q) => graph.is_lowest[p] - graph.is_lowest[q] || graph.height[q] - graph.height[p]);
@@ -26,11 +26,11 @@ export class GraphPanel {
     this.drawing.order = this.circles;
   }
 
-  // The circle that stands for an item: its own, or that of its group.
+  // The circle that stands for an item: its own, or that of its family.
   circle(item) {
     if (model.sideOf(item) !== 0) return undefined;
-    if (this.circleOf.has(item) || !this.ofGroups) return this.circleOf.get(item);
-    const circle = this.circles.findIndex(other => this.side.group[other] === this.side.group[item]);
+    if (this.circleOf.has(item) || !this.ofFamilies) return this.circleOf.get(item);
+    const circle = this.circles.findIndex(other => this.side.family[other] === this.side.family[item]);
     return circle < 0 ? undefined : circle;
   }
 
@@ -78,7 +78,7 @@ export class GraphPanel {
       const [x, y] = this.at(circle);
       const reach = this.radius(circle) + gap;
       pen.circle([x, y], reach, { stroke, width });
-      const text = this.ofGroups ? "g" + this.side.group[item] : model.name(item);
+      const text = this.ofFamilies ? "g" + this.side.family[item] : model.name(item);
       // The name stands above the circle, or below where there is no room.
       const place = [Math.min(2 * this.centre[0] - 14, Math.max(14, x)), y - reach < 20 ? y + reach + 9 : y - reach - 8];
       pen.label(place, text, { fill: look.ink, anchor: "middle", weight: 600 });

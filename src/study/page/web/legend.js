@@ -6,9 +6,9 @@ import { disc, lookOf, otherLabels, range, viridis } from "./looks.js";
 import { dotOf } from "./pen.js";
 import { derived, model, state, toggleChip, watch } from "./state.js";
 import { plain } from "./text.js";
-import { groupName } from "./words.js";
+import { familyName } from "./words.js";
 
-// Entries of the legend of things without end: groups and families.
+// Entries of the legend of things without end: families.
 const MOST_ENTRIES = 9;
 // Ranges into which the legend of a number is divided.
 const RANGES = 5;
@@ -48,16 +48,16 @@ export class Legend {
         const none = item => Number.isNaN(model.number("stable", item));
         return [entry("held", "stable", is(1)), entry("fell", "unstable", is(0)), entry("not simulated", "not simulated", none)];
       }
-      case "group": {
-        const groups = new Map();
+      case "family": {
+        const families = new Map();
         for (const item of items) {
-          const group = model.number("group", item);
-          if (!groups.has(group)) groups.set(group, []);
-          groups.get(group).push(item);
+          const family = model.number("family", item);
+          if (!families.has(family)) families.set(family, []);
+          families.get(family).push(item);
         }
-        return [...groups].map(([group, members]) => {
-          const name = "g" + group;
-          return { words: groupName(model.at(members[0])[0], group), chip: name, count: members.length, dot: lookOf(members[0]) };
+        return [...families].map(([family, members]) => {
+          const name = "g" + family;
+          return { words: familyName(model.at(members[0])[0], family), chip: name, count: members.length, dot: lookOf(members[0]) };
         });
       }
       default:
@@ -74,7 +74,7 @@ export class Legend {
 
   show() {
     const entries = this.entries().filter(({ count }) => count > 0);
-    const endless = state.colour === "group" || derived.basins;
+    const endless = state.colour === "family" || derived.basins;
     if (endless) entries.sort((a, b) => b.count - a.count);
     const buttons = entries.slice(0, endless ? MOST_ENTRIES : entries.length).map(({ words, chip, count, dot }) => {
       const attributes = { "aria-pressed": String(state.chips.includes(chip)), title: `Show only these: ${chip}` };

@@ -60,8 +60,8 @@ export function lookOf(item) {
       return lookOfLabel(model.text("label", item));
     case "stable":
       return { 0: model.key.get("power"), 1: model.key.get("precision") }[model.number("stable", item)] ?? NOTHING;
-    case "group":
-      return model.inTurn[model.number("group", item) % model.inTurn.length];
+    case "family":
+      return model.inTurn[model.number("family", item) % model.inTurn.length];
     default: {
       const [low, high] = range(state.colour);
       const value = model.number(state.colour, item);

@@ -34,7 +34,7 @@ function heading() {
     sides.length === 1 ? side.title : same ? `${side.subject}: ${sides.map(one => one.name).join(" and ")}` : sides.map(sideName).join(" and ");
   document.title = title;
   byId("title").textContent = title;
-  const minima = one => `${plural(one.count, "minimum", "minima")} in ${plural(one.groups, "group", "groups")}`;
+  const minima = one => `${plural(one.count, "minimum", "minima")} in ${plural(one.families, "family", "families")}`;
   byId("subtitle").textContent =
     side.item === "grasp"
       ? `${plain(side.name)}. Click a grasp to choose it; Label names the types.`
@@ -97,13 +97,13 @@ function makePanels() {
 
 function tools() {
   const colour = byId("colour");
-  // While there is a level, colours show families. To choose another colour takes the level away.
-  const families = make("option", "families", { value: "family" });
+  // While there is a level, colours show the families below it. To choose another colour takes the level away.
+  const families = make("option", "families below the level", { value: "level" });
   colour.append(...colourings().map(([name, words]) => make("option", words, { value: name })), families);
   colour.addEventListener("change", () => change({ colour: colour.value, level: null }));
   watch(["colour", "level"], () => {
     families.hidden = families.disabled = state.level === null;
-    colour.value = state.level === null ? state.colour : "family";
+    colour.value = state.level === null ? state.colour : "level";
     colour.title = state.level === null ? "" : "Colours show the families below the level line; choose another colour to take the line away.";
   });
   const query = byId("query");

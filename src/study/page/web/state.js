@@ -95,7 +95,7 @@ function filterText() {
 function fieldOf(chip) {
   const word = chip.match(/[\wε]+/)?.[0] ?? "";
   if (/^(not|stable|unstable|simulated)$/.test(word)) return "stable";
-  return /^g\d+$/.test(word) ? "group" : word;
+  return /^g\d+$/.test(word) ? "g" : word;
 }
 
 export function toggleChip(chip) {
@@ -225,7 +225,7 @@ export function colourings() {
     ["category", "category"],
     ["type", "grasp type"],
     ["stable", "stability"],
-    ["group", "group"],
+    ["family", "family"],
     ["epsilon", "ε"],
     ["energy", "energy"],
   ];

@@ -47,7 +47,7 @@ export class TablePanel {
       text("name", side.item === "grasp" ? "grasp" : "minimum", "5em", item => model.name(item)),
       side.label && text("label", "type", "minmax(6.5em, 1fr)", item => model.text("label", item)),
       number("energy", "energy", "4.4em"),
-      side.group && number("group", "group", "3.5em", 1),
+      side.family && number("family", "family", "3.5em", 1),
       side.member_count && number("members", grasps ? "grasps" : "found", "3.8em", 1),
       side.epsilon && number("epsilon", "ε", "3.4em", 3),
       model.knows("stable") && {

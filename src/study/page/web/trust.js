@@ -35,20 +35,20 @@ export class RarefactionPanel {
 
   paint(pen, w, h) {
     const most = Math.max(1, ...this.curves.map(({ curve }) => curve.at(-1).members));
-    const high = 1.1 * Math.max(1, ...this.curves.flatMap(({ curve }) => curve.map(point => point.groups)));
+    const high = 1.1 * Math.max(1, ...this.curves.flatMap(({ curve }) => curve.map(point => point.kinds)));
     const right = w - this.room;
     let last = -Infinity;
     const x = members => EDGE.left + (right - EDGE.left) * (members / most);
-    const y = groups => EDGE.top + (h - EDGE.top - 34) * (1 - groups / high);
+    const y = kinds => EDGE.top + (h - EDGE.top - 34) * (1 - kinds / high);
     pen.rows(0, high, 4, y, right);
     pen.columns(0, most, 4, x, h - 22);
     pen.label([(x(0) + x(most)) / 2, h - 7], model.sides[0].members_label, { anchor: "middle" });
     for (const { name, number, curve } of this.curves) {
       const colour = FAMILY[look.dark ? "dark" : "light"][number];
-      const at = point => [x(point.members), y(point.groups)];
+      const at = point => [x(point.members), y(point.kinds)];
       const seen = curve.filter(point => point.deviation !== null);
       const beyond = curve.filter(point => point.deviation === null);
-      const edge = sign => seen.map(point => [x(point.members), y(point.groups + sign * 1.96 * point.deviation)]);
+      const edge = sign => seen.map(point => [x(point.members), y(point.kinds + sign * 1.96 * point.deviation)]);
       pen.path([...edge(1), ...edge(-1).reverse()], { fill: colour, alpha: 0.16, close: true });
       pen.path(seen.map(at), { stroke: colour, width: 2 });
       if (beyond.length) pen.path([...seen.slice(-1), ...beyond].map(at), { stroke: colour, width: 2, dash: [5, 4] });

@@ -60,7 +60,7 @@ export class WayPanel {
     const met = routeInTree(side.tree, [model.at(a)[1], model.at(b)[1]]).top;
     if (met === null) return `No path is known between ${model.name(a)} and ${model.name(b)}.`;
     if (!side.ways) return "The files of this landscape contain no paths, only the heights of passes.";
-    return `This way is not in the page, which contains only ways between groups. This command makes it: ${pathCommand()}`;
+    return `This way is not in the page, which contains only ways between families. This command makes it: ${pathCommand()}`;
   }
 
   // The way in words.

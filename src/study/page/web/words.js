@@ -31,9 +31,9 @@ const MEANINGS = {
     "that still rises at its end says that more grasps would show more kinds.",
   name: "A minimum is a pose that no small movement improves. m0 is the deepest.",
   energy: "The height in the tree. Low is good.",
-  group:
-    "Minima that are joined by low barriers, by the level at which this landscape was built. Groups stay when the level line " +
-    "moves; the families that it makes do not.",
+  family:
+    "Minima that are joined by low barriers, by the level at which this landscape was built: g0, g1 and so on. They stay when the " +
+    "level line moves; the families below the line do not.",
   members: "How many searches ended at this minimum.",
   epsilon:
     "Ferrari and Canny's quality of a grasp: the least load, of all directions, that the contacts cannot resist if their forces " +
@@ -95,10 +95,10 @@ export function explainHeadings(panels) {
   }
 }
 
-// A group with the name that a person would give it, if the landscape has one.
-export function groupName(side, group) {
-  const name = side.group_names?.find(one => one.group === group)?.name;
-  return name ? `g${group}: ${name}` : `g${group}`;
+// A family with the name that a person would give it, if the landscape has one.
+export function familyName(side, family) {
+  const name = side.family_names?.find(one => one.family === family)?.name;
+  return name ? `g${family}: ${name}` : `g${family}`;
 }
 
 // What is said of an item beside the pointer.
@@ -116,7 +116,7 @@ export function described(item) {
     number("energy", "energy"),
     number("epsilon", "ε"),
     Number.isNaN(stable) ? null : stable ? "held in simulation" : "fell in simulation",
-    grasps ? `${plural(model.number("members", item), "grasp", "grasps")}, group ${groupName(side, model.number("group", item))}` : null,
+    grasps ? `${plural(model.number("members", item), "grasp", "grasps")}, family ${familyName(side, model.number("family", item))}` : null,
     number("joins", "joins others at"),
   ].filter(line => line);
 }

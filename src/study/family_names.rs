@@ -1,4 +1,4 @@
-//! Names of groups of grasps that a person would give them: type, digits that touch, direction of the thumb, end of the object.
+//! Names of families of grasps that a person would give them: type, digits that touch, direction of the thumb, end of the object.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ use crate::object::Object;
 use crate::store::Manifest;
 use crate::topography::Minimum;
 
-/// Share of the grasps of a group that must agree on a direction or a place, so that it becomes part of the name.
+/// Share of the grasps of a family that must agree on a direction or a place, so that it becomes part of the name.
 const AGREED: f64 = 2.0 / 3.0;
 /// Greatest gap of a part that presses, metres. It is less than that of the strict filter, because a palm that lies beside the
 /// object would make a grasp of the finger pads one of the whole hand.
@@ -28,11 +28,11 @@ const ACROSS: f64 = 0.5;
 /// Share of the half length beyond which contacts are at an end.
 const END: f64 = 1.0 / 3.0;
 
-/// What a person would call a group of grasps. `landscape.json` has one for each group (`findings.group_names`).
+/// What a person would call a family of grasps. `landscape.json` has one for each family (`findings.family_names`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct GroupName {
-    /// The group.
-    pub group: u64,
+pub struct FamilyName {
+    /// The family.
+    pub family: u64,
     /// Number of its minima.
     pub minima: usize,
     /// Number of its grasps.
@@ -52,10 +52,10 @@ pub struct GroupName {
     pub place: Option<String>,
 }
 
-impl GroupName {
-    /// The names of all groups of a finished landscape; empty if it has none, as that of a surface.
+impl FamilyName {
+    /// The names of all families of a finished landscape; empty if it has none, as that of a surface.
     pub fn of_manifest(manifest: &Manifest) -> Vec<Self> {
-        let names = manifest.findings.get("group_names");
+        let names = manifest.findings.get("family_names");
         let names = names.map(|names| serde_json::from_value(names.clone()));
         names.and_then(Result::ok).unwrap_or_default()
     }
@@ -70,8 +70,8 @@ struct Told {
     place: Option<String>,
 }
 
-/// Names of all groups, in their order.
-pub(super) fn group_names(mapped: &Mapped<'_>, energy: &GraspEnergy) -> Vec<GroupName> {
+/// Names of all families, in their order.
+pub(super) fn family_names(mapped: &Mapped<'_>, energy: &GraspEnergy) -> Vec<FamilyName> {
     let (hand, object) = (energy.hand(), energy.object());
     let unlabelled = mapped.inputs.iter().all(|input| input.label.is_none());
     let labeller = unlabelled.then(|| Labeller::new(hand, object, Rule::standard()));
@@ -111,16 +111,16 @@ pub(super) fn group_names(mapped: &Mapped<'_>, energy: &GraspEnergy) -> Vec<Grou
         .into_par_iter()
         .map(|id| told(&network[NodeIndex::new(id)]))
         .collect();
-    let groups = mapped.landscape.groups.members.iter().enumerate();
-    groups
-        .map(|(group, members)| {
+    let families = mapped.landscape.families.members.iter().enumerate();
+    families
+        .map(|(family, members)| {
             let members: Vec<&Told> = members.iter().map(|id| &minima[id.0]).collect();
-            name_of(group, &members, hand)
+            name_of(family, &members, hand)
         })
         .collect()
 }
 
-fn name_of(group: usize, members: &[&Told], hand: &Hand) -> GroupName {
+fn name_of(family: usize, members: &[&Told], hand: &Hand) -> FamilyName {
     let grasps: usize = members.iter().map(|told| told.grasps).sum();
     let mut labels: BTreeMap<&str, usize> = BTreeMap::new();
     for (label, count) in members.iter().flat_map(|told| &told.labels) {
@@ -164,8 +164,8 @@ fn name_of(group: usize, members: &[&Told], hand: &Hand) -> GroupName {
         place.clone(),
     ];
     let parts: Vec<String> = parts.into_iter().flatten().collect();
-    GroupName {
-        group: group as u64,
+    FamilyName {
+        family: family as u64,
         minima: members.len(),
         grasps,
         name: parts.join(", "),
@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn a_group_is_named_by_what_most_of_its_grasps_share() {
+    fn a_family_is_named_by_what_most_of_its_grasps_share() {
         let hand = Hand::human();
         let told = |grasps, label: &str, digits: &[&str], thumb: &str| Told {
             grasps,
@@ -307,7 +307,7 @@ mod tests {
         assert_eq!(named(&[&pinch]), "Tip Pinch, thumb+index, thumb up");
         assert_eq!(named(&[&wrap, &across]), "Medium Wrap, whole hand");
         let found = name_of(3, &[&wrap, &pinch], &hand);
-        assert_eq!((found.group, found.minima, found.grasps), (3, 2, 8));
+        assert_eq!((found.family, found.minima, found.grasps), (3, 2, 8));
         assert!((found.label_share - 0.75).abs() < 1e-12);
         let third = told(3, "Ring", &["thumb", "index"], "across");
         assert_eq!(

@@ -1,4 +1,4 @@
-//! Groups: minima joined by low relative barriers, at the level with the most stable partition.
+//! Families: minima joined by low relative barriers, at the level with the most stable partition.
 
 use petgraph::unionfind::UnionFind;
 use petgraph::visit::EdgeRef;
@@ -16,14 +16,14 @@ const TIE: f64 = 1e-7;
 const ROUNDING: f64 = 1e-6;
 /// Greatest number of relative barriers to try, quantiles of those of the network. Each costs a partition in every resampling.
 const LEVELS: usize = 24;
-/// Seed of the resamplings. It is no setting, because groups must not change with the seed of the search.
+/// Seed of the resamplings. It is no setting, because families must not change with the seed of the search.
 const SEED: u64 = 0;
 
-/// Settings of [`Groups::new`].
+/// Settings of [`Families::new`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct GroupSettings {
-    /// Relative barrier b that joins two minima. By default it is the one with the most stable partition. Groups of two
+pub struct FamilySettings {
+    /// Relative barrier b that joins two minima. By default it is the one with the most stable partition. Families of two
     /// landscapes are comparable only at the same b.
     pub barrier: Option<f64>,
     /// Number of resamplings of the connections. With 0, the level below the widest gap of the barriers is chosen from all of
@@ -33,7 +33,7 @@ pub struct GroupSettings {
     pub worst: Evidence,
 }
 
-impl Default for GroupSettings {
+impl Default for FamilySettings {
     fn default() -> Self {
         Self {
             barrier: None,
@@ -43,7 +43,7 @@ impl Default for GroupSettings {
     }
 }
 
-impl GroupSettings {
+impl FamilySettings {
     /// Settings for minima whose lowest saddles are known: no seed decides.
     pub fn of_saddles() -> Self {
         Self {
@@ -59,26 +59,26 @@ pub struct Level {
     /// Relative barrier b.
     pub barrier: f64,
     /// Mean adjusted Rand index between the partition of the network and those of its resamplings. Without resamplings, 1 − b/b′
-    /// for the next greater barrier b′ that joins groups (0 if there is none).
+    /// for the next greater barrier b′ that joins families (0 if there is none).
     pub stability: f64,
-    /// Number of groups.
-    pub groups: usize,
-    /// Size of the largest group.
+    /// Number of families.
+    pub families: usize,
+    /// Size of the largest family.
     pub largest: usize,
 }
 
 /// A partition of the minima.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Groups {
+pub struct Families {
     /// Greatest relative barrier `B − max(E_i, E_j)` that joins two minima.
     pub barrier: f64,
-    /// The members of each group, sorted by energy. The groups are sorted by their lowest member.
+    /// The members of each family, sorted by energy. The families are sorted by their lowest member.
     pub members: Vec<Vec<MinimumId>>,
     /// All levels tried, by ascending barrier.
     pub scan: Vec<Level>,
 }
 
-impl Groups {
+impl Families {
     /// Components of minima joined by connections with evidence `worst` or better and relative barrier at most `barrier`.
     pub fn below(network: &Network, barrier: f64, worst: Evidence) -> Self {
         let links = links(network, worst);
@@ -90,26 +90,26 @@ impl Groups {
         }
     }
 
-    /// The group number of each minimum.
-    pub fn group_of(&self) -> Vec<usize> {
-        let mut group_of = vec![0; self.members.iter().map(Vec::len).sum()];
-        for (group, members) in self.members.iter().enumerate() {
+    /// The family number of each minimum.
+    pub fn family_of(&self) -> Vec<usize> {
+        let mut family_of = vec![0; self.members.iter().map(Vec::len).sum()];
+        for (family, members) in self.members.iter().enumerate() {
             for member in members {
-                group_of[member.0] = group;
+                family_of[member.0] = family;
             }
         }
-        group_of
+        family_of
     }
 
     /// The partition at the level b of the settings, or else at the level where it is most stable.
     ///
     /// The stability of a level is the mean adjusted Rand index (L. Hubert and P. Arabie, J. Classif. 2, 193 (1985))
     /// between its partition and those of connections resampled with replacement. Levels at which all minima are separate
-    /// or all are one group are ignored. Two other kinds count only if there is nothing else: levels at which one group
-    /// holds more than half of the minima (it has percolated), and levels with more groups than half the minima (grouping
-    /// has hardly begun). Of equally stable levels the lowest wins. If no level is left, every minimum is a group of its
+    /// or all are one family are ignored. Two other kinds count only if there is nothing else: levels at which one family
+    /// holds more than half of the minima (it has percolated), and levels with more families than half the minima (joining
+    /// has hardly begun). Of equally stable levels the lowest wins. If no level is left, every minimum is a family of its
     /// own.
-    pub fn new(network: &Network, settings: &GroupSettings) -> Self {
+    pub fn new(network: &Network, settings: &FamilySettings) -> Self {
         if let Some(barrier) = settings.barrier {
             return Self::below(network, barrier, settings.worst);
         }
@@ -157,7 +157,7 @@ impl Groups {
                 Level {
                     barrier: *barrier,
                     stability: total / resampled.len().max(1) as f64,
-                    groups: whole.groups,
+                    families: whole.families,
                     largest: whole.largest,
                 }
             })
@@ -170,7 +170,7 @@ impl Groups {
     }
 }
 
-/// The levels at which groups of `n` minima join. Barriers that differ by rounding are one level, so the levels do not depend on
+/// The levels at which families of `n` minima join. Barriers that differ by rounding are one level, so the levels do not depend on
 /// the order in which saddles were found.
 fn gaps(n: usize, links: &[(usize, usize, f64)]) -> Vec<Level> {
     let mut barriers: Vec<f64> = links.iter().map(|link| link.2).collect();
@@ -183,31 +183,31 @@ fn gaps(n: usize, links: &[(usize, usize, f64)]) -> Vec<Level> {
         .collect();
     rising.sort_unstable();
     let mut scan: Vec<Level> = Vec::new();
-    let mut groups = n;
+    let mut families = n;
     for (barrier, joined) in grid
         .iter()
         .zip(joined(n, links, &rising, grid.len(), |_| true))
     {
-        if joined.groups == groups {
+        if joined.families == families {
             continue;
         }
-        groups = joined.groups;
+        families = joined.families;
         if let Some(last) = scan.last_mut() {
             last.stability = 1.0 - last.barrier / barrier;
         }
         scan.push(Level {
             barrier: *barrier,
             stability: 0.0,
-            groups,
+            families,
             largest: joined.largest,
         });
     }
     scan
 }
 
-/// The most stable informative level of `n` minima, by the rules of [`Groups::new`].
+/// The most stable informative level of `n` minima, by the rules of [`Families::new`].
 fn most_stable(scan: &[Level], n: usize) -> Option<Level> {
-    let telling = |level: &&Level| level.groups > 1 && level.groups < n;
+    let telling = |level: &&Level| level.families > 1 && level.families < n;
     let best = |levels: &mut dyn Iterator<Item = &Level>| {
         levels.fold(None, |best: Option<Level>, level| match best {
             Some(known) if known.stability >= level.stability => Some(known),
@@ -215,7 +215,7 @@ fn most_stable(scan: &[Level], n: usize) -> Option<Level> {
         })
     };
     let whole = |level: &&Level| 2 * level.largest <= n;
-    let begun = |level: &&Level| 2 * level.groups <= n;
+    let begun = |level: &&Level| 2 * level.families <= n;
     best(&mut scan.iter().filter(telling).filter(whole).filter(begun))
         .or_else(|| best(&mut scan.iter().filter(telling).filter(whole)))
         .or_else(|| best(&mut scan.iter().filter(telling)))
@@ -256,9 +256,9 @@ fn partition(
 /// Statistics of a partition.
 #[derive(Clone, Copy)]
 struct Joined {
-    groups: usize,
+    families: usize,
     largest: usize,
-    /// Number of pairs of minima in the same group.
+    /// Number of pairs of minima in the same family.
     pairs: f64,
 }
 
@@ -273,7 +273,7 @@ fn joined(
     let mut sets = UnionFind::new(n);
     let mut sizes = vec![1_usize; n];
     let mut now = Joined {
-        groups: n,
+        families: n,
         largest: n.min(1),
         pairs: 0.0,
     };
@@ -286,7 +286,7 @@ fn joined(
                     let size = sizes[a] + sizes[b];
                     now.pairs += (sizes[a] * sizes[b]) as f64;
                     sizes[sets.find(a)] = size;
-                    now.groups -= 1;
+                    now.families -= 1;
                     now.largest = now.largest.max(size);
                 }
             }
@@ -299,17 +299,17 @@ fn members(labels: &[usize]) -> Vec<Vec<MinimumId>> {
     let mut place = vec![None; labels.len()];
     let mut members: Vec<Vec<MinimumId>> = Vec::new();
     for (i, label) in labels.iter().enumerate() {
-        let group = *place[*label].get_or_insert_with(|| {
+        let family = *place[*label].get_or_insert_with(|| {
             members.push(Vec::new());
             members.len() - 1
         });
-        members[group].push(MinimumId(i));
+        members[family].push(MinimumId(i));
     }
     members
 }
 
 /// The adjusted Rand index of a partition of `n` and a refinement of it. Pairs that are together in the refinement are
-/// together in both, so the numbers of pairs in the groups of the `whole` and the `part` determine the index.
+/// together in both, so the numbers of pairs in the families of the `whole` and the `part` determine the index.
 fn agreement_with_part(n: usize, whole: f64, part: f64) -> f64 {
     let total = (n * n.saturating_sub(1)) as f64 / 2.0;
     adjusted_rand_of_pairs(part, [whole, part], total)
@@ -322,14 +322,14 @@ mod tests {
     use crate::topography::tree::tests::{any_network, network};
     use proptest::prelude::*;
 
-    /// The level that joins all `links` (ends and relative barrier) up to `barrier`, with stability 1, and the group labels.
+    /// The level that joins all `links` (ends and relative barrier) up to `barrier`, with stability 1, and the family labels.
     fn level(n: usize, links: &[(usize, usize, f64)], barrier: f64) -> (Level, Vec<usize>) {
         let labels = partition(n, links, barrier, |_| true);
         let sizes: Vec<usize> = members(&labels).iter().map(Vec::len).collect();
         let level = Level {
             barrier,
             stability: 1.0,
-            groups: sizes.len(),
+            families: sizes.len(),
             largest: sizes.into_iter().max().unwrap_or(0),
         };
         (level, labels)
@@ -338,8 +338,8 @@ mod tests {
     proptest! {
         #[test]
         fn the_scan_is_that_of_each_level_by_itself(network in any_network()) {
-            let settings = GroupSettings { resamplings: 5, ..GroupSettings::default() };
-            let found = Groups::new(&network, &settings);
+            let settings = FamilySettings { resamplings: 5, ..FamilySettings::default() };
+            let found = Families::new(&network, &settings);
             let (links, n) = (links(&network, settings.worst), network.node_count());
             for known in found.scan {
                 let (expected, labels) = level(n, &links, known.barrier);
@@ -371,10 +371,10 @@ mod tests {
         edges.push((0, 5, 1.0, Evidence::Path));
         edges.push((3, 9, 1.2, Evidence::Path));
         edges.push((1, 6, 0.01, Evidence::Chain));
-        let groups = Groups::new(&network(&[0.0; 10], &edges), &GroupSettings::default());
-        assert_eq!(groups.members.len(), 2, "{groups:?}");
-        assert!(groups.members.iter().all(|members| members.len() == 5));
-        assert!((0.1..1.0).contains(&groups.barrier));
+        let families = Families::new(&network(&[0.0; 10], &edges), &FamilySettings::default());
+        assert_eq!(families.members.len(), 2, "{families:?}");
+        assert!(families.members.iter().all(|members| members.len() == 5));
+        assert!((0.1..1.0).contains(&families.barrier));
     }
 
     /// Three pairs whose members are 0.1 apart, while different pairs are 1.0 or more apart.
@@ -386,13 +386,13 @@ mod tests {
     }
 
     #[test]
-    fn groups_at_a_given_barrier() {
+    fn families_at_a_given_barrier() {
         let at = |barrier| {
-            let settings = GroupSettings {
+            let settings = FamilySettings {
                 barrier: Some(barrier),
-                ..GroupSettings::default()
+                ..FamilySettings::default()
             };
-            Groups::new(&three_pairs(), &settings)
+            Families::new(&three_pairs(), &settings)
         };
         assert_eq!(at(0.2).members.len(), 3);
         assert!((at(0.2).barrier - 0.2).abs() < 1e-15);
@@ -410,7 +410,7 @@ mod tests {
                 (at(k), at(k + 1), height + noise, Evidence::Saddle)
             };
             let edges: Vec<_> = heights.iter().enumerate().map(edge).collect();
-            Groups::new(&network(&[0.0; 10], &edges), &GroupSettings::of_saddles())
+            Families::new(&network(&[0.0; 10], &edges), &FamilySettings::of_saddles())
         };
         let sizes = [false, true].map(|backward| {
             let members = found(backward).members;
@@ -424,13 +424,13 @@ mod tests {
         let edges: Vec<_> = (0..3)
             .map(|k| (k, k + 1, 1.0 + 1e-9 * k as f64, Evidence::Saddle))
             .collect();
-        let even = Groups::new(&network(&[0.0; 4], &edges), &GroupSettings::of_saddles());
+        let even = Families::new(&network(&[0.0; 4], &edges), &FamilySettings::of_saddles());
         assert_eq!(even.members.len(), 4);
     }
 
     #[test]
-    fn a_lone_minimum_is_its_own_group() {
-        let groups = Groups::new(&network(&[1.0], &[]), &GroupSettings::default());
-        assert_eq!(groups.members, [[MinimumId(0)]]);
+    fn a_lone_minimum_is_its_own_family() {
+        let families = Families::new(&network(&[1.0], &[]), &FamilySettings::default());
+        assert_eq!(families.members, [[MinimumId(0)]]);
     }
 }
