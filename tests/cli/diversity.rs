@@ -146,7 +146,7 @@ fn families_at_different_levels_are_not_compared() {
     ];
     assert_says(&notes, &expected);
     assert_says(&notes, &["even.landscape is not a landscape of grasps"]);
-    let note = "note: the families of even.landscape";
+    let note = "the families of even.landscape";
     assert_says(
         &desk.print(&format!("diff {both}")),
         &[note, "--family-barrier"],
