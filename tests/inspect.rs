@@ -92,13 +92,13 @@ fn positive_zero_and_negative_epsilon() {
     let pair = [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]];
     let one_side = [[1.0, 0.1, 0.0], [1.0, -0.1, 0.1], [1.0, 0.0, -0.1]];
     let cases = [
-        (&round[..], true, ["yes", "all wrenches are spanned"]),
+        (&round[..], true, "yes"),
         // Two points balance, but nothing turns about the line through them.
-        (&pair[..], true, ["no", "some wrench is out of reach"]),
-        (&one_side[..], false, ["no", "all wrenches are spanned"]),
+        (&pair[..], true, "no"),
+        (&one_side[..], false, "no"),
     ];
     let mut signs = Vec::new();
-    for (directions, balance, [closure, rank]) in cases {
+    for (directions, balance, closure) in cases {
         let file = on_sphere(directions);
         let report = desk.report(&file);
         let epsilon = report["epsilon"].as_f64().unwrap();
@@ -110,9 +110,7 @@ fn positive_zero_and_negative_epsilon() {
         assert_eq!(report["forces"].is_object(), balance, "{report}");
         assert_eq!(report["force_closure"], closure == "yes", "{report}");
         let text = desk.shown(&file);
-        assert_eq!(line(&text, "  force closure"), closure);
-        assert_says(line(&text, "least eigenvalue of GGᵀ"), &[rank]);
-        assert_says(line(&text, "  epsilon"), &[&format!("{epsilon:.4}")]);
+        assert_eq!(line(&text, "force closure"), closure);
     }
     assert_eq!(signs, [1.0, 0.0, -1.0]);
 }

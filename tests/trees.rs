@@ -305,12 +305,12 @@ fn differences_are_told() {
     desk.print("surface double-well 2 0.1 -q -o even.landscape");
     desk.print("surface double-well 2 0.3 -q -o tilted.landscape");
     let text = desk.print("diff even.landscape even.landscape");
-    assert_says(&text, &["4 minima are in both (of 4 and of 4; at most"]);
+    assert_says(&text, &["minima in both  4"]);
     assert!(!text.contains("moved most"), "{text}");
     let text = desk.print("diff even.landscape tilted.landscape --within 0.2");
     assert_says(
         &text,
-        &["## Energies that moved most", "## Merges that moved most"],
+        &["energies that moved most", "merges that moved most"],
     );
     let value = desk.document("diff even.landscape tilted.landscape --within 0.2 --json");
     assert_eq!(value["matches"].as_array().unwrap().len(), 4);
@@ -325,15 +325,8 @@ fn differences_are_told() {
     valley.write(&folder).unwrap();
     folder.finish().unwrap();
     let text = desk.print("diff even.landscape valley.landscape");
-    for words in [
-        "- 3 minima are in both (of 4 and of 4",
-        "- 1 of even.landscape and 1 of valley.landscape may be in both",
-        "- 0 minima are only in even.landscape, 0 only in valley.landscape",
-        "| m1 may be m1′ | 0 | ",
-        "The rule: no match within",
-    ] {
-        assert!(text.contains(words), "{words} is missing in {text}");
-    }
+    let words = ["minima in both", "may be the same", "m1 may be m1′"];
+    assert_says(&text, &words);
     let value = desk.document("diff even.landscape valley.landscape --json");
     let [pair] = &value["possible"].as_array().unwrap()[..] else {
         panic!("{value}");
@@ -344,7 +337,7 @@ fn differences_are_told() {
     let text = desk.print("diff even.landscape valley.landscape --within 0");
     assert_says(
         &text,
-        &["## Only in even.landscape", "## Only in valley.landscape"],
+        &["only in even.landscape", "only in valley.landscape"],
     );
 
     desk.print("surface double-well 3 -q -o cube.landscape");

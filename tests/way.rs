@@ -52,7 +52,7 @@ fn a_landscape_without_grasp_types_is_compared_in_one_sentence() {
     );
     assert!(!desk.path("x.svg").exists() && desk.path("x.json").exists());
     let said = desk.print("inspect g.parquet --verbose");
-    assert_says(&said, &["use of the hand is not measured", "2 fingers"]);
+    assert_says(&said, &["not human", "2 fingers"]);
 }
 
 /// The JSON part of a binary glTF file.

@@ -6,8 +6,14 @@ use serde_json::{Map, Value};
 
 /// Entries for programs only: paths that are named elsewhere, and settings.
 const HIDDEN: [&str; 2] = ["wrote", "protocol"];
+/// Entries that stand first, in this order. The others follow by name.
+const FIRST: [&str; 4] = ["id", "name", "hand", "object"];
 /// Greatest number of rows of a table in a text.
 const ROWS: usize = 20;
+/// Numbers of a list that are smaller than this share of the largest are zero.
+const ROUNDING: f64 = 1e-9;
+/// Entries of joints that are radians for hinges and metres for slides.
+const JOINT_VALUES: [&str; 3] = ["limits", "rest", "deviation"];
 /// Longest entry that stands on the line of its name.
 const SHORT: usize = 100;
 
@@ -32,10 +38,12 @@ pub(super) fn text(document: &Value) -> String {
 }
 
 fn block(text: &mut String, entries: &Map<String, Value>, indent: &str) {
-    let shown: Vec<(&String, &Value, Option<String>)> = (entries.iter())
+    let mut shown: Vec<(&String, &Value, Option<String>)> = (entries.iter())
         .filter(|(name, value)| !HIDDEN.contains(&name.as_str()) && !is_empty(value))
         .map(|(name, value)| (name, value, in_line(name, value)))
         .collect();
+    let place = |name: &str| FIRST.iter().position(|first| *first == name);
+    shown.sort_by_key(|(name, ..)| place(name).unwrap_or(FIRST.len()));
     let width = |(name, ..): &(&String, &Value, Option<String>)| title(name).chars().count();
     let lines = shown.iter().filter(|(.., line)| line.is_some());
     let width = lines.clone().map(width).max().unwrap_or(0);
@@ -103,15 +111,30 @@ fn cell(name: &str, value: &Value) -> String {
         Value::Null => String::new(),
         Value::Bool(is) => if *is { "yes" } else { "no" }.to_owned(),
         Value::Number(found) if found.is_f64() => {
-            let unit = UNITS.iter().find(|(end, ..)| name.ends_with(end));
-            let factor = unit.map_or(1.0, |(_, factor, _)| *factor);
-            number(factor * found.as_f64().unwrap_or(f64::NAN))
+            let value = found.as_f64().unwrap_or(f64::NAN);
+            match UNITS.iter().find(|(end, ..)| name.ends_with(end)) {
+                Some((_, 1.0, _)) | None => number(value),
+                Some((_, factor, _)) => trimmed(&format!("{:.2}", factor * value)),
+            }
         }
         Value::Number(found) => found.to_string(),
         Value::String(text) => text.clone(),
         Value::Array(items) => {
-            let items: Vec<String> = items.iter().map(|item| cell(name, item)).collect();
-            items.join(", ")
+            let sizes = items.iter().filter_map(|item| Some(item.as_f64()?.abs()));
+            let largest = sizes.fold(0.0, f64::max);
+            let lost = |item: &Value| {
+                item.is_f64()
+                    && item.as_f64() < Some(ROUNDING * largest)
+                    && item.as_f64() > Some(-ROUNDING * largest)
+            };
+            let shown = |item: &Value| {
+                if lost(item) {
+                    "0".to_owned()
+                } else {
+                    cell(name, item)
+                }
+            };
+            items.iter().map(shown).collect::<Vec<_>>().join(", ")
         }
         Value::Object(entries) => {
             let entries = entries.iter().filter(|(_, value)| !is_empty(value));
@@ -143,7 +166,17 @@ pub(super) fn table(rows: &[Value], most: usize) -> String {
     let mut cells: Vec<Vec<String>> = vec![head.collect()];
     cells.extend(rows.iter().take(most).map(|row| {
         let value = |name: &str| row.get(name).unwrap_or(&Value::Null);
-        let row = columns.iter().map(|(_, name)| cell(name, value(name)));
+        let unit = match value("kind").as_str() {
+            Some("hinge") => Some(("_rad", "°")),
+            Some("slide") => Some(("_m", "mm")),
+            _ => None,
+        };
+        let row = columns.iter().map(|(_, name)| match unit {
+            Some((end, unit)) if JOINT_VALUES.contains(&name.as_str()) => {
+                cell(end, value(name)) + " " + unit
+            }
+            _ => cell(name, value(name)),
+        });
         row.collect()
     }));
     let widths: Vec<usize> = (0..columns.len())
@@ -178,13 +211,16 @@ fn number(value: f64) -> String {
         size if size < 1000.0 => 2,
         _ => 0,
     };
-    let text = format!("{value:.decimals$}");
-    if text.contains('.') {
-        let short = text.trim_end_matches('0').trim_end_matches('.');
-        // Zero has no minus sign.
-        return if short == "-0" { "0" } else { short }.to_owned();
+    trimmed(&format!("{value:.decimals$}"))
+}
+
+/// A number without zeros at its end, and zero without a minus sign.
+fn trimmed(number: &str) -> String {
+    if !number.contains('.') {
+        return number.to_owned();
     }
-    text
+    let short = number.trim_end_matches('0').trim_end_matches('.');
+    if short == "-0" { "0" } else { short }.to_owned()
 }
 
 #[cfg(test)]
@@ -201,9 +237,12 @@ mod tests {
             "notes": ["one", "two"],
             "rows": [{ "id": 3, "name": "μ", "mass_kg": 0.5 }, { "id": 12, "name": "depth", "mass_kg": null }],
             "stable": true,
+            "joints": [{ "kind": "hinge", "limits": [0.0, std::f64::consts::PI] }, { "kind": "slide", "limits": [-1e-20, 0.05] }],
+            "normal": [1.0, -1e-17],
             "wrote": ["a.png"],
         });
-        let expected = "gap (mm)  1.25\nnotes     one, two\nstable    yes\nrows\n  id  name   mass (kg)\n   3  μ            0.5\n  12  \
+        let expected = "gap (mm)  1.25\nnormal    1, 0\nnotes     one, two\nstable    yes\njoints\n  kind   limits\n  hinge  0, 180 °\n  \
+                        slide  0, 50 mm\nrows\n  id  name   mass (kg)\n   3  μ            0.5\n  12  \
                         depth\n";
         assert_eq!(text(&document), expected);
         assert!(

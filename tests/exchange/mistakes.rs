@@ -84,7 +84,7 @@ fn mistakes_are_one_sentence() {
         import g.json {with} | g.json | GraspGen | is not read | .csv
         import a.xyz {with} | a.xyz | .xyz is not read
         export t.parquet csv -o t.npy -q | must end in .csv
-        export t.parquet glb --grasp 8 -q | no grasp of this number
+        export t.parquet glb --grasp 8 -q | has no grasp with this id
         export t.parquet glb -o all.glb -q | contains one grasp
     ";
     for case in rows(cases) {
