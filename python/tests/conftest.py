@@ -2,17 +2,12 @@
 
 import os
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from lines import LINES
 
 import landscape as ls
-
-#: The command line of this package, and the program that cargo built, where there is one.
-LINES = {"package": [sys.executable, "-c", "import sys, landscape; sys.exit(landscape.main())"]}
-if "LANDSCAPE_PROGRAM" in os.environ:
-    LINES["program"] = [os.environ["LANDSCAPE_PROGRAM"]]
 
 
 @pytest.fixture(scope="session", params=list(LINES))

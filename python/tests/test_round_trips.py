@@ -4,7 +4,7 @@ import json
 import subprocess
 
 import pytest
-from conftest import LINES
+from lines import LINES
 
 ROWS = 5
 LINE = LINES.get("program") or LINES["package"]

@@ -1,0 +1,8 @@
+"""How the program is started: by the package, and as a program of its own where there is one."""
+
+import os
+import sys
+
+LINES = {"package": [sys.executable, "-c", "import sys, landscape; sys.exit(landscape.main())"]}
+if "LANDSCAPE_PROGRAM" in os.environ:
+    LINES["program"] = [os.environ["LANDSCAPE_PROGRAM"]]
