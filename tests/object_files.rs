@@ -97,10 +97,7 @@ fn scales_units_and_repairs_are_told() {
     let sentence = desk.mistake("objects inspect mm.ply");
     assert_says(&sentence, &["mm is", "m across", "--scale 0.001"]);
     let said = desk.said("objects inspect mm.ply --scale 0.001");
-    assert_says(
-        &said,
-        &["pieces", "symmetry found", "a ball"],
-    );
+    assert_says(&said, &["pieces", "symmetry found", "a ball"]);
 
     // Three faces missing, two turned, and ten times as large as it should be.
     let (_, obj) = ball(10.0);

@@ -8,8 +8,8 @@ use serde_json::{Map, Value};
 const HIDDEN: [&str; 2] = ["wrote", "protocol"];
 /// Entries that stand first, in this order. The others follow by name.
 const FIRST: [&str; 4] = ["id", "name", "hand", "object"];
-/// Greatest number of rows of a table in a text.
-const ROWS: usize = 20;
+/// Greatest number of rows of a table in a text. Of more rows a text has only the number.
+const ROWS: usize = 40;
 /// Numbers of a list that are smaller than this share of the largest are zero.
 const ROUNDING: f64 = 1e-9;
 /// Entries of joints that are radians for hinges and metres for slides.
@@ -57,10 +57,10 @@ fn block(text: &mut String, entries: &Map<String, Value>, indent: &str) {
         match value {
             Value::Object(entries) => block(text, entries, &below),
             Value::Array(items) if items.iter().all(Value::is_object) => {
-                *text += &indented(&table(items, ROWS), &below);
+                *text += &indented(&table(items), &below);
             }
             Value::Array(items) => {
-                for item in items.iter().take(ROWS) {
+                for item in items {
                     let item = in_line(name, item).unwrap_or_else(|| cell(name, item));
                     *text += &indented(&item, &below);
                 }
@@ -95,6 +95,9 @@ fn title(name: &str) -> String {
 /// An entry on one line, if it fits there.
 fn in_line(name: &str, value: &Value) -> Option<String> {
     let fits = match value {
+        Value::Array(items) if items.len() > ROWS => {
+            return Some(format!("{} (--json has them)", items.len()));
+        }
         Value::Array(items) => !items.iter().any(|item| item.is_object() || item.is_array()),
         Value::Object(entries) => !entries
             .values()
@@ -144,8 +147,8 @@ fn cell(name: &str, value: &Value) -> String {
     }
 }
 
-/// Objects as aligned rows, at most `most` of them: the id first, then texts, numbers and lists.
-pub(super) fn table(rows: &[Value], most: usize) -> String {
+/// Objects as aligned rows: the id first, then texts, numbers and lists.
+pub(super) fn table(rows: &[Value]) -> String {
     let rows: Vec<&Map<String, Value>> = rows.iter().filter_map(Value::as_object).collect();
     let kind = |name: &str| {
         let values = rows.iter().filter_map(|row| row.get(name));
@@ -164,7 +167,7 @@ pub(super) fn table(rows: &[Value], most: usize) -> String {
     columns.sort_by_key(|(kind, name)| (*name != "id", *kind));
     let head = columns.iter().map(|(_, name)| title(name));
     let mut cells: Vec<Vec<String>> = vec![head.collect()];
-    cells.extend(rows.iter().take(most).map(|row| {
+    cells.extend(rows.iter().map(|row| {
         let value = |name: &str| row.get(name).unwrap_or(&Value::Null);
         let unit = match value("kind").as_str() {
             Some("hinge") => Some(("_rad", "°")),
@@ -193,9 +196,6 @@ pub(super) fn table(rows: &[Value], most: usize) -> String {
             };
         }
         text.extend([line.trim_end(), "\n"]);
-    }
-    if rows.len() > most {
-        let _ = writeln!(text, "… and {} more (--json has all)", rows.len() - most);
     }
     text
 }
@@ -245,9 +245,8 @@ mod tests {
                         slide  0, 50 mm\nrows\n  id  name   mass (kg)\n   3  μ            0.5\n  12  \
                         depth\n";
         assert_eq!(text(&document), expected);
-        assert!(
-            table(&[document.clone(), document], 1).ends_with("… and 1 more (--json has all)\n")
-        );
+        let many = json!({ "grasps": vec![document; ROWS + 1] });
+        assert_eq!(text(&many), "grasps  41 (--json has them)\n");
     }
 
     #[test]

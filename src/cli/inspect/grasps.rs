@@ -39,13 +39,13 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
             }
         } else if command.each {
             let rows: Vec<Value> = judged.iter().map(row).collect();
-            said.extend([&*of_pair(&counts), "\n\n", &table(&rows, usize::MAX), "\n"]);
+            said.extend([&*of_pair(&counts), "\n\n", &table(&rows), "\n"]);
         } else {
             let unverified = file.has_unverified_outcomes();
             said += &verdict(&counts, &judged, &grasps, unverified);
             if common.verbose {
                 said.extend(["\n", &text(&serde_json::to_value(&counts)?), "\n"]);
-                said += &table(&quantiles(&judged)?, usize::MAX);
+                said += &table(&quantiles(&judged)?);
             }
             said.push('\n');
         }
