@@ -221,7 +221,7 @@ try {
   await still("narrow", "grasps.html", "sel=m3,m17", [390, 844], { height: 1680 });
   await still("projector", "grasps.html", "sel=m3,m17&step=0.4", [1024, 768], { height: 1500 });
   // The link names the folder of these pages, which is a temporary one.
-  const exported = 'openExport(); const link = byId("link"); link.value = link.value.replace(/^.*[/]/, "file:///home/me/")';
+  const exported = 'byId("export-open").click(); const link = byId("link"); link.value = link.value.replace(/^.*[/]/, "file:///home/me/")';
   await still("export", "grasps.html", "sel=m3,m17", [1440, 760], { script: exported });
   await still("labels", "grasps.html", "", [1440, 760], { script: "panels.label.open(); panels.label.give('Medium Wrap'); panels.label.next()" });
   await still("population", "population.html", "", [1440, 900], { height: 1130 });

@@ -10,6 +10,14 @@ from lines import LINES
 import landscape as ls
 
 
+@pytest.fixture(scope="session")
+def run():
+    """Playwright, which runs once at a time."""
+    playwright = pytest.importorskip("playwright.sync_api")
+    with playwright.sync_playwright() as run:
+        yield run
+
+
 @pytest.fixture(scope="session", params=list(LINES))
 def line(request):
     """Runs a command line in the folder ``cwd`` and returns what it prints."""

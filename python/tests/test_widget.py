@@ -77,16 +77,14 @@ def wait(done, what):
 
 
 @pytest.fixture(scope="module")
-def browser():
-    playwright = pytest.importorskip("playwright.sync_api")
+def browser(run):
     program = os.environ.get("LANDSCAPE_BROWSER") or shutil.which("chromium") or shutil.which("google-chrome")
     if program is None:
         pytest.skip("there is no Chromium, and LANDSCAPE_BROWSER does not name one")
-    with playwright.sync_playwright() as run:
-        # Without a sandbox, which a container may not allow; the page is our own.
-        started = run.chromium.launch(executable_path=program, args=["--no-sandbox", "--enable-unsafe-swiftshader"])
-        yield started
-        started.close()
+    # Without a sandbox, which a container may not allow; the page is our own.
+    started = run.chromium.launch(executable_path=program, args=["--no-sandbox", "--enable-unsafe-swiftshader"])
+    yield started
+    started.close()
 
 
 def test_what_is_chosen_on_the_page_comes_back_and_the_other_way(lab, browser, tmp_path):

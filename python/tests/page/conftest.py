@@ -3,13 +3,7 @@
 import pytest
 
 import made
-from browsing import Desk, Tab, chromium, sync_api
-
-
-@pytest.fixture(scope="session")
-def run():
-    with sync_api.sync_playwright() as run:
-        yield run
+from browsing import Desk, Tab, chromium
 
 
 @pytest.fixture(scope="session")

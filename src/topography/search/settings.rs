@@ -84,6 +84,7 @@ impl SearchSettings {
         end.stop != StopReason::Converged && end.energy < f64::INFINITY && !resting
     }
 
+    #[cfg(feature = "chemistry")]
     /// Whether a descent ended at what may be a minimum.
     pub(super) fn is_finished(&self, end: &Quench) -> bool {
         end.stop != StopReason::Budget && end.energy.is_finite() && !self.is_unfinished(end)
