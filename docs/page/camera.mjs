@@ -26,7 +26,7 @@ const CLOCK = `{
 
 // An arrow where the mouse is: pictures of a page without a window have none.
 const ARROW = `
-  const arrow = make("div", "", { id: "arrow" });
+  const arrow = Object.assign(document.createElement("div"), { id: "arrow" });
   Object.assign(arrow.style, {
     position: "absolute", left: 0, top: 0, width: "17px", height: "24px", zIndex: 99, pointerEvents: "none",
     background: "#111", filter: "drop-shadow(0 0 1px #fff) drop-shadow(0 1px 2px #0008)",
