@@ -48,7 +48,7 @@ def test_grasps_are_labelled_on_the_page(desk, opened):
     told = tab.act(LABEL)
     assert (told["hurt"], told["images"]) == (None, 0)
     assert set(HOSTILE) | {f"#{ids[1]}"} <= set(told["shown"])
-    assert told["told"] == ["4 of 6 labelled", "5 of 6 labelled"]
+    assert [words.split(";")[0] for words in told["told"]] == ["4 of 6 labelled", "5 of 6 labelled"]
     assert told["pictures"] == 12
     saved, name = tab.saved("label-save")
     csv = saved.decode()
@@ -88,6 +88,65 @@ def test_labels_of_a_file_stay_out_of_another_of_the_same_name(desk, opened):
     tab.tab.click("#labels-discard")
     tab.reload()
     assert tab.value(count) == 0
+
+
+def test_the_page_asks_first_for_what_the_labeller_is_least_sure_of(desk, opened):
+    """Labels of the file and of the page are passed over, and what a person leaves without a label comes again at the end."""
+    table = made.grasps(8)
+    ids = [str(number) for number in table["id"].to_pylist()]
+    pq.write_table(made.with_column(table, "label", ["Tripod", *[None] * 7]), desk.folder / "g.parquet")
+    desk.succeed("label", "g.parquet", "-q")
+    desk.succeed("report", "g.parquet", "-q")
+    scores = dict(zip(ids, pq.read_table(desk.folder / "g.labelled.parquet")["label_score"].to_pylist()))
+    order = sorted(ids[1:], key=scores.get)
+    assert order != ids[1:] and all(scores.values())
+
+    tab = opened(desk.folder / "g.grasps.html")
+    certainties = dict(tab.value("Array.from({ length: model.count }, (_, item) => [model.name(item).slice(1), model.certainty(item)])"))
+    assert certainties == pytest.approx(scores, abs=1e-6)
+    tab.tab.click("#label-start")
+    keyboard = tab.tab.keyboard
+
+    def asked():
+        tab.settle()
+        return tab.value("[model.name(Number(document.activeElement.dataset.item)).slice(1), byId('label-progress').textContent]")
+
+    def words(count, number, reason="the labeller is least sure of it"):
+        return [number, f"{count} of 8 labelled; next: #{number}, {reason}"]
+
+    assert asked() == words(1, order[0])
+    keyboard.press("0")
+    assert asked() == words(2, order[1])
+    keyboard.press("Space")
+    assert asked() == words(2, order[2])
+    tab.act("panels.label.go(model.named('#' + given))", order[-1])
+    keyboard.press("Enter")
+    keyboard.type("14")
+    keyboard.press("Enter")
+    assert asked() == words(3, order[2])
+    for number in order[3:-1]:
+        keyboard.press("Space")
+        assert asked() == words(3, number)
+    keyboard.press("Space")
+    assert asked() == words(3, order[1], "left without a label before")
+
+    # In order: from where the person is, round to the first.
+    tab.tab.select_option("#label-order", "items")
+    for number in [*order[1:-1], order[1]]:
+        tab.act("panels.label.go(model.named('#' + given))", number)
+        behind = ids[ids.index(number) + 1:] + ids[:ids.index(number)]
+        keyboard.press("Space")
+        assert asked() == [next(other for other in behind if other in order[1:-1]), "3 of 8 labelled"]
+
+
+def test_the_order_is_that_of_the_items_where_the_labeller_is_equally_sure(desk, opened):
+    pq.write_table(made.grasps(1), desk.folder / "g.parquet")
+    desk.succeed("report", "g.parquet", "-q")
+    told = opened(desk.folder / "g.grasps.html").act("""
+byId("label-start").click();
+return [panels.label.current, byId("label-progress").textContent, Boolean(byId("label-order"))];
+""")
+    assert told == [0, "0 of 1 labelled", False]
 
 
 #: Gives one item a label that nobody else has, and reads what each part of the page says of it.

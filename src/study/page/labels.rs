@@ -8,7 +8,8 @@ use crate::store::content_hash;
 use crate::study::names::MinimumName;
 
 /// The labels of all items: as the file has them, and where it has some of a person, those by the rule alone as well, for an
-/// item whose label is taken away on the page. Each item has the label of a person, if there is one, and its name.
+/// item whose label is taken away on the page. Each item has the label of a person, if there is one, and its name. The page asks
+/// first for labels of items of low certainty.
 pub(super) fn labels(items: &[(Option<&str>, MinimumName)], pack: &mut Pack) -> Value {
     let shown = items
         .iter()
@@ -20,6 +21,8 @@ pub(super) fn labels(items: &[(Option<&str>, MinimumName)], pack: &mut Pack) -> 
         .iter()
         .map(|(_, name)| name.rule.best_text())
         .collect();
+    let certainties: Vec<f64> = items.iter().map(|(_, name)| certainty(name)).collect();
+    told["certainty"] = pack.floats(&certainties);
     if items.iter().any(|(given, _)| given.is_some()) {
         let by_rule: Vec<MinimumName> = (items.iter())
             .map(|(_, name)| MinimumName::new(None, name.rule.clone()))
@@ -44,6 +47,11 @@ fn columns(names: &[(&str, &MinimumName)], pack: &mut Pack) -> Value {
         "cell": cells.packed(pack),
         "type": pack.bytes(names.iter().map(|(_, name)| name.number.unwrap_or(0))),
     })
+}
+
+/// The probability of the labeller's answer, 0 to 1; 0 if it has none.
+fn certainty(name: &MinimumName) -> f64 {
+    name.rule.best.first().map_or(0.0, |answer| answer.score)
 }
 
 /// The type; for a label of the user that the taxonomy does not know, the label itself.

@@ -20,7 +20,7 @@
 //! | `legend.js` | what the colours mean, and the filters that stay in sight |
 //! | `words.js` | what the words of the page mean |
 //! | `scene.js`, `pins.js`, `three.js` | the panels in three dimensions |
-//! | `label.js` | labelling by keyboard |
+//! | `label.js`, `asked.js` | labelling by keyboard; the order in which a person is asked for labels |
 //! | `export.js` | files to save: SVG, PNG, CSV, GLB |
 //! | `main.js` | the start |
 //!

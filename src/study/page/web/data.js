@@ -175,6 +175,12 @@ export class Model {
     return side.rule?.[k] ?? "";
   }
 
+  // The probability of the labeller's answer, 0 to 1; 0 if it has none.
+  certainty(item) {
+    const [side, k] = this.at(item);
+    return side.certainty?.[k] ?? 0;
+  }
+
   // A number of the item; NaN if unknown.
   number(field, item) {
     const [side, k] = this.at(item);

@@ -1,5 +1,6 @@
 // Labelling by keyboard: a sheet of pictures, a chooser of types, and the file that `landscape label --from` reads.
 
+import { leastSureFirst, nextAsked, placesAfter } from "./asked.js";
 import { button, byId, make, memory } from "./dom.js";
 import { save } from "./export.js";
 import { FIRST_CAMERA, stamps } from "./pins.js";
@@ -79,6 +80,11 @@ export class LabelSheet {
     this.items = Array.from({ length: model.count }, (_, item) => item);
     given.start();
     this.current = 0;
+    // Places of items, first those of which the labeller is least sure; null if it is equally sure of all.
+    this.unsure = leastSureFirst(this.items.map(item => model.certainty(item)));
+    this.inOrder = this.unsure === null;
+    // Places that the person has left without a label.
+    this.left = new Set();
     this.choices = this.types();
     this.chooser();
     // The sheet follows what is given and discarded.
@@ -104,7 +110,7 @@ export class LabelSheet {
     this.section.hidden = false;
     document.body.classList.add("labelling");
     this.show();
-    this.go(this.current);
+    this.go(this.inOrder ? this.current : (this.asked() ?? this.current));
   }
 
   close() {
@@ -124,12 +130,20 @@ export class LabelSheet {
     const saved = () => save("labels.csv", "text/csv", this.csv());
     const keys = [key("←"), key("→"), " move, ", key("Enter"), " or a letter: choose a type, ", key("0"), " unlisted, "];
     keys.push(key("Delete"), " no label, ", key("Space"), " next without label. ");
+    const order = make(
+      "select",
+      "",
+      { id: "label-order", onchange: () => this.ask(order.value === "items") },
+      make("option", "least sure first", { value: "unsure" }),
+      make("option", "in order", { value: "items" }),
+    );
     const header = make(
       "header",
       "",
       {},
       make("h2", "Label the " + plain(model.sides[0].title)),
       make("span", "", { class: "progress" }, this.bar, this.told),
+      ...(this.unsure ? [make("label", "Next: ", {}, order)] : []),
       button("Next without label", () => this.next()),
       make("label", "", {}, rules, " show what the rule says"),
       button("Save labels.csv", saved, { id: "label-save", class: "main" }),
@@ -187,7 +201,38 @@ export class LabelSheet {
     this.bar.max = this.items.length;
     const count = given.count();
     this.bar.value = count;
-    this.told.textContent = `${count} of ${this.items.length} labelled`;
+    this.tell();
+  }
+
+  // How many have labels, and which grasp is next, if that is not simply the one behind.
+  tell() {
+    const words = `${this.bar.value} of ${this.items.length} labelled`;
+    const place = this.inOrder ? undefined : this.asked();
+    if (place === undefined) return (this.told.textContent = words);
+    const item = this.items[place];
+    const reason = this.left.has(place)
+      ? "left without a label before"
+      : model.certainty(item) > 0
+        ? "the labeller is least sure of it"
+        : "the labeller has no answer for it";
+    this.told.textContent = `${words}; next: ${model.name(item)}, ${reason}`;
+  }
+
+  ask(inOrder) {
+    this.inOrder = inOrder;
+    this.tell();
+  }
+
+  labelled(place) {
+    return given.to(this.items[place]) !== "";
+  }
+
+  // The place of the next item without a label, if there is one.
+  asked() {
+    const labelled = place => this.labelled(place);
+    return this.inOrder
+      ? nextAsked(placesAfter(this.current, this.items.length), new Set(), labelled)
+      : nextAsked(this.unsure, this.left, labelled);
   }
 
   give(label) {
@@ -201,15 +246,17 @@ export class LabelSheet {
   }
 
   next() {
-    for (let step = 1; step <= this.items.length; step++) {
-      const place = (this.current + step) % this.items.length;
-      if (!given.to(this.items[place])) return this.go(place);
-    }
+    this.left.delete(this.current);
+    if (!this.inOrder && !this.labelled(this.current)) this.left.add(this.current);
+    const place = this.asked();
+    this.tell();
+    if (place !== undefined) this.go(place);
   }
 
   press(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    if (event.key === "Escape") this.close();
+    // In a list of choices, Escape closes the list.
+    if (event.key === "Escape" && !event.target.closest("select")) this.close();
     if (!event.target.closest(".card")) return;
     const columns = getComputedStyle(this.grid).gridTemplateColumns.split(" ").length;
     const moves = { ArrowLeft: -1, ArrowRight: 1, ArrowUp: -columns, ArrowDown: columns };

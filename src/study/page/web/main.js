@@ -153,7 +153,13 @@ function openHelp() {
     ],
     ["Branch", "Click a join of the tree, or Zoom in, to see only what hangs below it; Whole tree goes back.", panels.tree],
     ["Colours", "The legend says what they mean. Click an entry to see only those; the filter stays in sight until you click it away."],
-    ["Label", "opens a sheet of pictures on which types are given by keyboard.", panels.label],
+    [
+      "Label",
+      "opens a sheet of pictures on which types are given by keyboard. It goes first to the grasps of which the labeller is least " +
+        "sure. Save a few dozen labels, make a labeller of your own from them with landscape label --learn, and the page of " +
+        "landscape report --by asks for what that one is least sure of.",
+      panels.label,
+    ],
     ["p", "pins the grasp that is looked at, up to six.", panels.pins],
     ["/", "goes to the search field. Names, words and comparisons can be joined by and, or, not and parentheses."],
     [
