@@ -223,7 +223,7 @@ try {
   // The link names the folder of these pages, which is a temporary one.
   const exported = 'byId("export-open").click(); const link = byId("link"); link.value = link.value.replace(/^.*[/]/, "file:///home/me/")';
   await still("export", "grasps.html", "sel=m3,m17", [1440, 760], { script: exported });
-  await still("labels", "grasps.html", "", [1440, 760], { script: "panels.label.open(); panels.label.give('Medium Wrap'); panels.label.next()" });
+  await still("labels", "grasps.html", "", [1440, 760], { script: "panels.label.open(); panels.label.go(0); panels.label.give('Medium Wrap')" });
   await still("population", "population.html", "", [1440, 900], { height: 1130 });
   await still("two", "two.html", "sel=m3", [1440, 900]);
   await still("surface", "muller-brown.html", "sel=m0,m1&step=0.3", [1440, 900]);
