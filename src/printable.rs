@@ -39,7 +39,7 @@ pub(crate) fn counted(count: usize, noun: &str) -> String {
     match noun.strip_suffix("minimum") {
         _ if count == 1 => format!("1 {noun}"),
         Some(kind) => format!("{count} {kind}minima"),
-        None if noun.ends_with("ch") => format!("{count} {noun}es"),
+        None if noun.ends_with("ch") || noun.ends_with("sh") => format!("{count} {noun}es"),
         None if noun.ends_with("ily") => format!("{count} {}ies", noun.trim_end_matches('y')),
         None => format!("{count} {noun}s"),
     }

@@ -263,8 +263,8 @@ fn labels_are_written_explained_and_overridden() {
         &[
             "verdicts",
             "unlisted",
-            "one_type",
-            "not_applicable",
+            "of one type",
+            "not applicable",
             "categories",
         ],
     );

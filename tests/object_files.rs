@@ -57,7 +57,7 @@ fn shapes_in_toml_are_objects() {
         &[
             "dumbbell",
             "50, 50, 170",
-            "overlapping",
+            "pieces overlap",
             "mass (kg)",
             "symmetry declared",
             "round about",

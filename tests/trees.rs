@@ -305,7 +305,7 @@ fn differences_are_told() {
     desk.print("surface double-well 2 0.1 -q -o even.landscape");
     desk.print("surface double-well 2 0.3 -q -o tilted.landscape");
     let text = desk.print("diff even.landscape even.landscape");
-    assert_says(&text, &["minima in both  4"]);
+    assert_says(&text, &["minima in both                4"]);
     assert!(!text.contains("moved most"), "{text}");
     let text = desk.print("diff even.landscape tilted.landscape --within 0.2");
     assert_says(

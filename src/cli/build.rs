@@ -9,10 +9,9 @@ use clap::{Args, ValueEnum};
 use super::args::{Again, Common, FamilyBarrier, HandAndObject, WithPage, pair_named, within};
 use super::input;
 use super::output::{check_inputs, check_place};
-use super::provenance::name_of;
 use super::report;
 use super::run::{Unfinished, Watch, check_resumable, stoppable};
-use crate::cli::printing::{explain, print_landscapes};
+use crate::cli::printing::{explain, explain_settings, print_landscapes};
 use crate::grasp::GraspEnergy;
 use crate::limits::ENERGY_SCALE;
 use crate::printable::counted;
@@ -20,7 +19,7 @@ use crate::store::{GraspFile, Population, Source, content_hash};
 use crate::study::{
     ConfigurationError, EarlierLandscape, GraspLandscape, GraspMapSettings, GraspReport,
     JoinedGrasps, MapSearch, PageLandscape, StudyError, StudyRun, WrittenLandscape,
-    grow_population, map_population,
+    grow_population, map_population, name_of,
 };
 use crate::topography::{PairSearch, Run};
 
@@ -301,7 +300,7 @@ fn build(
     );
     let energy = population.energy()?;
     let settings = settings(command, &energy, earlier)?;
-    explain(|| format!("settings of the map: {:?}", settings.map_settings()));
+    explain_settings("settings of the map", &settings.map_settings());
     let mapping = Mapping {
         population: &population,
         energy: &energy,

@@ -6,7 +6,7 @@ use serde_json::json;
 
 use super::args::Common;
 use crate::cache::{Cache, Kept, Kind};
-use crate::cli::printing::{explain, tell};
+use crate::cli::printing::{complain, tell};
 
 /// Show or empty the cache.
 #[derive(Debug, Args)]
@@ -50,10 +50,8 @@ fn show(cache: &Cache, common: &Common) -> anyhow::Result<()> {
         "bytes": size(&files),
         "most_bytes": cache.most_bytes,
     });
-    if cache.folder.is_none() {
-        explain(|| {
-            "no folder for caches: set XDG_CACHE_HOME or HOME to an absolute path".to_owned()
-        });
+    if cache.folder.is_none() && !common.quiet {
+        complain("note: no folder for caches: set XDG_CACHE_HOME or HOME to an absolute path");
     }
     tell(common, &report)
 }

@@ -10,6 +10,7 @@ use super::args::Common;
 use super::input::open_landscape;
 use crate::cli::printing::{print_json, tell};
 use crate::object::Description;
+use crate::printable::counted;
 use crate::space::{PoseSpace, Space, Symmetry};
 use crate::store::{LandscapeFiles, Manifest};
 use crate::study::{self, FamilyLevel, comparison_notes};
@@ -216,8 +217,13 @@ fn surface_space(manifest: &Manifest) -> anyhow::Result<(Box<dyn Space + Send>, 
         .with_context(|| format!("the space of `{}` is not recorded", manifest.source.name))
 }
 
+/// Changes of this share of the largest energy are rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// What a reader sees: how many minima correspond, and what differs most.
 fn summary(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> Value {
+    let energies = found.matches.iter().flat_map(|pair| pair.energies);
+    let rounding = ROUNDING * energies.map(f64::abs).fold(0.0, f64::max);
     let mut energies: Vec<(f64, Value)> = (found.matches.iter())
         .map(|pair| {
             let change = pair.energies[1] - pair.energies[0];
@@ -235,10 +241,9 @@ fn summary(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> V
         .map(|merge| {
             let change = merge.after.map(|after| after - merge.before);
             let row = json!({
-                "lowest minima of the two sides": merge.ends.map(named),
+                "lowest minima of the two sides": merge.ends.map(named).join(" and "),
                 "height": merge.before,
-                "change": change,
-                "apart": change.is_none(),
+                "change": change.map_or_else(|| json!("they do not merge"), |change| json!(change)),
             });
             (change.map_or(f64::INFINITY, f64::abs), row)
         })
@@ -251,18 +256,21 @@ fn summary(before: &Side, after: &Side, reach: f64, found: &TreeDifference) -> V
         })
     });
     json!({
-        "before": before.name,
-        "after": after.name,
+        "before": counted_of(before),
+        "after": counted_of(after),
         "notes": notes(before, after),
-        "minima": [before.minima.len(), after.minima.len()],
+        "greatest distance of a match": reach,
         "minima in both": found.matches.len(),
-        "within": reach,
         (format!("only in {}", before.name)): all_named(&found.only_before),
         (format!("only in {}", after.name)): all_named(&found.only_after),
-        "energies that moved most": most(&mut energies),
-        "merges that moved most": most(&mut merges),
-        "may be the same (equal energy, within five times that distance)": possible.collect::<Vec<_>>(),
+        "energies that moved most": most(&mut energies, rounding),
+        "merges that moved most": most(&mut merges, rounding),
+        "minima that may be the same (equal energy, within five times the distance of a match)": possible.collect::<Vec<_>>(),
     })
+}
+
+fn counted_of(side: &Side) -> String {
+    format!("{} ({})", side.name, counted(side.minima.len(), "minimum"))
 }
 
 fn all_named(minima: &[MinimumId]) -> Vec<String> {
@@ -273,9 +281,9 @@ fn named(minimum: MinimumId) -> String {
     format!("m{}", minimum.0)
 }
 
-/// The rows that changed, those that changed most first.
-fn most(rows: &mut Vec<(f64, Value)>) -> Vec<&Value> {
-    rows.retain(|(change, _)| *change > 0.0);
+/// The rows that changed by more than rounding, those that changed most first.
+fn most(rows: &mut Vec<(f64, Value)>, rounding: f64) -> Vec<&Value> {
+    rows.retain(|(change, _)| *change > rounding);
     rows.sort_by(|a, b| b.0.total_cmp(&a.0));
     rows.iter().map(|(_, row)| row).collect()
 }

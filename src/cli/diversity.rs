@@ -9,12 +9,11 @@ use clap::Args;
 use super::args::{Common, FamilyBarrier};
 use super::input;
 use super::output::{check_report, given_or_beside, write_report};
-use super::provenance::name_of;
 use super::run::Watch;
 use crate::evaluation::taxonomy::Rule;
 use crate::store::{GraspFile, LandscapeFiles};
 use crate::study::{
-    DiversitySet, DiversitySettings, Run, StudyError, check_set_sizes, compare_diversity,
+    DiversitySet, DiversitySettings, Run, StudyError, check_set_sizes, compare_diversity, name_of,
 };
 
 /// Compare how diverse sets of grasps are.

@@ -11,10 +11,11 @@ use super::args::{Common, HandAndObject};
 use super::input;
 use super::output::{check_file, check_folder, make_folder};
 use super::run::Watch;
-use crate::cli::printing::tell_written;
+use crate::cli::printing::tell_text;
 use crate::figure::Scene;
 use crate::grasp::Grasp;
 use crate::hand::Hand;
+use crate::printable::counted;
 use crate::store::exchange::{
     IsaacGrasp, dexgraspnet_npy, dexonomy_npy, isaac_grasp, qpos, qpos_csv, qpos_npy, table_csv,
     table_json,
@@ -148,23 +149,27 @@ pub(super) fn run(command: &Export, common: &Common) -> anyhow::Result<()> {
     input::all_known("--grasp", &command.grasp, &file, &command.grasps)?;
     let chosen = |grasp: &&GraspRow| command.grasp.is_empty() || command.grasp.contains(&grasp.id);
     let grasps: Vec<&GraspRow> = file.grasps.iter().filter(chosen).collect();
-    let written = if format.is_folder() {
+    let files = if format.is_folder() {
         let files = files(format, &file, &grasps, common.quiet)?;
-        write_files(command, files, &output, single)?
+        write_files(files, &output, single)?
     } else {
         write_atomic(&output, &bytes(format, &file, &grasps, &output)?)?;
-        output.display().to_string()
+        1
     };
     // The hand alone has no grasps.
     let count = match format {
         ExportFormat::Urdf => 0,
         _ => grasps.len(),
     };
-    tell_written(
-        common,
-        &json!({ "wrote": [output], "grasps": count }),
-        &written,
-    )
+    let (place, grasps) = (output.display(), counted(count, "grasp"));
+    let meshes = counted(files.saturating_sub(1), "mesh");
+    let written = match format {
+        ExportFormat::Mujoco => format!("{grasps} to {place}: scene.xml and {meshes}"),
+        ExportFormat::Urdf => format!("{place}: the hand and {meshes}"),
+        _ => format!("{grasps} to {place}"),
+    };
+    let report = json!({ "wrote": [output], "grasps": count });
+    tell_text(common, ("", &report), Some(&written))
 }
 
 fn output(command: &Export) -> anyhow::Result<PathBuf> {
@@ -381,13 +386,8 @@ fn scenes(
     Ok(files)
 }
 
-/// Writes the files into a folder, or the only one as `output`. Returns what was written.
-fn write_files(
-    command: &Export,
-    files: Vec<ExportedFile>,
-    output: &Path,
-    single: bool,
-) -> anyhow::Result<String> {
+/// Writes the files into a folder, or the only one as `output`. Returns their number.
+fn write_files(files: Vec<ExportedFile>, output: &Path, single: bool) -> anyhow::Result<usize> {
     let count = files.len();
     ensure!(
         !single || count == 1,
@@ -405,12 +405,5 @@ fn write_files(
         set.add(&path, &bytes)?;
     }
     set.finish()?;
-    let place = output.display();
-    Ok(match command.format {
-        _ if single => place.to_string(),
-        ExportFormat::Mujoco => format!("{place}: scene.xml and {} meshes", count - 1),
-        ExportFormat::Urdf => format!("{place}: the hand and {} meshes", count - 1),
-        ExportFormat::Dexonomy => format!("{count} grasps into {place}"),
-        _ => format!("{count} scenes into {place}"),
-    })
+    Ok(count)
 }

@@ -64,7 +64,7 @@ pub(super) fn man(command: &Man, definition: &Command, common: &Common) -> anyho
     }
     files.finish()?;
     let wrote: Vec<PathBuf> = pages.iter().map(|(name, _)| output.join(name)).collect();
-    let written = format!("{} pages into {}", pages.len(), output.display());
+    let written = format!("{} pages to {}", pages.len(), output.display());
     tell_written(common, &json!({ "wrote": wrote }), &written)
 }
 

@@ -29,6 +29,10 @@ pub(super) fn shown(text: &str) -> String {
 
 /// Writes a line to standard error, or with `--log-format json` a JSON document. A closed terminal is ignored.
 pub(super) fn complain(line: &str) {
+    if SAID.iter().any(|level| line.starts_with(level)) {
+        let mut given = WARNINGS.lock().unwrap_or_else(PoisonError::into_inner);
+        given.insert(line.to_owned());
+    }
     if !LOG_AS_JSON.load(Ordering::Relaxed) {
         let _ = writeln!(io::stderr(), "{}", printable(line, OURS));
         return;
@@ -62,8 +66,11 @@ static AS_JSON: AtomicBool = AtomicBool::new(false);
 /// Whether standard error also says what is done, and why (`--verbose`).
 static VERBOSE: AtomicBool = AtomicBool::new(false);
 
-/// Warnings of the present command, each of which is written once.
+/// Warnings of the present command, each of which is written once, and the lines that say them or a note.
 static WARNINGS: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+
+/// Beginnings of lines that texts do not repeat.
+const SAID: [&str; 2] = ["warning: ", "note: "];
 
 /// Whether the present command did not give this warning before.
 pub(super) fn is_new_warning(warning: &str) -> bool {
@@ -91,6 +98,14 @@ pub(super) fn explain(line: impl FnOnce() -> String) {
     } else {
         complain(&line());
     }
+}
+
+/// Says which settings hold, by the names that a file for `--config` has, if the user wants to know.
+pub(super) fn explain_settings(what: &str, settings: &impl Serialize) {
+    explain(|| {
+        let settings = serde_json::to_string(settings).unwrap_or_default();
+        format!("{what}: {settings}")
+    });
 }
 
 /// The first error of standard output. It affects only the exit code, after all files are written.
@@ -154,8 +169,27 @@ pub(super) fn tell(common: &Common, report: &impl Serialize) -> anyhow::Result<(
     if common.json {
         return print_json(report);
     }
-    print(&super::text::text(&serde_json::to_value(report)?));
+    print(&text_of(serde_json::to_value(report)?));
     Ok(())
+}
+
+/// The text of a report, without what warnings and notes have said already.
+fn text_of(mut report: Value) -> String {
+    let given = WARNINGS.lock().unwrap_or_else(PoisonError::into_inner);
+    let unsaid = |value: &Value| {
+        let said = |text: &str| {
+            SAID.iter()
+                .any(|level| given.contains(&format!("{level}{text}")))
+        };
+        !value.as_str().is_some_and(said)
+    };
+    if let Value::Object(entries) = &mut report {
+        entries.retain(|_, value| unsaid(value));
+        for items in entries.values_mut().filter_map(Value::as_array_mut) {
+            items.retain(unsaid);
+        }
+    }
+    super::text::text(&report)
 }
 
 /// Prints the report of a command that wrote `written`; a quiet one prints the JSON document only.
@@ -165,7 +199,7 @@ pub(super) fn tell_written(
     written: &str,
 ) -> anyhow::Result<()> {
     let report = serde_json::to_value(report)?;
-    let text = super::text::text(&report);
+    let text = text_of(report.clone());
     tell_text(common, (&text, &report), Some(written))
 }
 
@@ -218,13 +252,27 @@ pub(super) fn print_landscapes(common: &Common, folders: &[PathBuf]) -> anyhow::
 
 #[cfg(test)]
 mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_do_not_repeat_warnings() {
+        complain("warning: a hole was closed");
+        complain("note: the left hand");
+        let report = json!({
+            "doubt": "the left hand",
+            "notes": ["a hole was closed", "two pieces"],
+            "pieces": 2,
+        });
+        assert_eq!(text_of(report), "pieces  2\nnotes   two pieces\n");
+    }
+
     /// A megabyte of a broken file, with a sequence that clears the screen.
     #[test]
     fn sentences_are_short_and_harmless() {
         let text = format!("no number: `\u{1b}[2J{}`", "0".repeat(1 << 20));
-        let sentence = super::sentence(&anyhow::anyhow!(text));
+        let sentence = sentence(&anyhow::anyhow!(text));
         assert_eq!(sentence.chars().count(), 2001);
-        let shown = super::printable(&sentence, super::OURS);
+        let shown = printable(&sentence, OURS);
         assert!(shown.starts_with("no number: `\u{fffd}[2J000") && !shown.contains('\u{1b}'));
     }
 }

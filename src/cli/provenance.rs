@@ -186,13 +186,6 @@ fn starts_with_dash(value: &OsStr) -> bool {
     value.as_encoded_bytes().starts_with(b"-")
 }
 
-/// The name of a file or folder, even if given as `.` or `..`.
-pub(super) fn name_of(path: &Path) -> String {
-    let whole = whole(path.as_os_str());
-    let name = whole.file_name().unwrap_or_default();
-    name.to_string_lossy().into_owned()
-}
-
 /// The absolute path. A link as last component is kept, because its name was given.
 fn whole(path: &OsStr) -> PathBuf {
     let path = Path::new(path);

@@ -11,13 +11,12 @@ use super::args::{Common, HandAndObject};
 use super::diff::{Side, between, notes};
 use super::input::{self, open_landscape};
 use super::output::{check_file, given_or_beside};
-use super::provenance::name_of;
 use super::run::Watch;
 use crate::cli::printing::{complain, tell_path};
 use crate::evaluation::taxonomy::Rule;
 use crate::store::{AtomicFolder, GraspFile, LandscapeFiles, read_attempts, write_atomic};
 use crate::study::{
-    PageGrasps, PageLandscape, WrittenLandscape, grasp_page, label_all, landscape_page,
+    PageGrasps, PageLandscape, WrittenLandscape, grasp_page, label_all, landscape_page, name_of,
 };
 use crate::topography::{Attempt, Attempts};
 

@@ -11,7 +11,7 @@ use super::args::{Again, Common, HandAndObject};
 use super::input;
 use super::output::check_file;
 use super::run::{Watch, open_journal, stoppable};
-use crate::cli::printing::{explain, tell_written};
+use crate::cli::printing::{explain_settings, tell_written};
 use crate::evaluation::stability::{Drop, Protocol, SixDirections};
 use crate::study::{Run, Simulation, simulate_all, simulation_fingerprint, tally};
 
@@ -96,7 +96,10 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
 
     let fingerprint = simulation_fingerprint(&file, &protocol)?;
     let journal = open_journal(&output, &fingerprint, &command.again, common.quiet)?;
-    explain(|| format!("each grasp is simulated by itself with this protocol: {protocol:?}"));
+    explain_settings(
+        "each grasp is simulated by itself with this protocol",
+        &protocol,
+    );
     let watch = Watch::new(common.quiet);
     let run = Run {
         journal: &stoppable(&journal),

@@ -14,7 +14,7 @@ use super::hands::expense;
 use super::input;
 use super::output::check_file;
 use super::run::{Watch, open_journal, stoppable};
-use crate::cli::printing::{complain, explain, print, print_json};
+use crate::cli::printing::{complain, explain_settings, print, print_json};
 use crate::cli::text::text;
 use crate::evaluation::Diversity;
 use crate::evaluation::stability::{Drop, Protocol};
@@ -151,7 +151,7 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         input::warn(&of_size.collect::<Vec<_>>());
         warn_of_inputs(command, &energy, notes);
     }
-    explain(|| format!("settings: {:?}", settings.experiment));
+    explain_settings("settings", &settings.experiment);
     let fingerprint = origin.fingerprint(&energy, &settings)?;
     let journal = open_journal(&command.output, &fingerprint, &command.again, common.quiet)?;
     let (started, watch) = (Instant::now(), Watch::new(common.quiet));

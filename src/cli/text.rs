@@ -4,10 +4,17 @@ use std::fmt::Write;
 
 use serde_json::{Map, Value};
 
-/// Entries for programs only: paths that are named elsewhere, and settings.
-const HIDDEN: [&str; 2] = ["wrote", "protocol"];
-/// Entries that stand first, in this order. The others follow by name.
-const FIRST: [&str; 4] = ["id", "name", "hand", "object"];
+/// Entries for programs only: paths that are named elsewhere, settings, hashes, and ids that a note counts.
+const HIDDEN: [&str; 4] = ["wrote", "protocol", "content_hash", "repeated"];
+/// Counts of what seldom occurs: nothing is said if there is none.
+const UNLESS_ZERO: [&str; 3] = ["agreeing", "disagreeing", "left_out"];
+/// Entries that stand first, in this order.
+const FIRST: &str = "id name measure term link kind part hand object scale format lowest_way_found what_it_is strict_filter \
+                     before after height energy start top end human rule agrees mean least 10_% median 90_% greatest size_m \
+                     mass_kg mass_given folder limits rest chains grasps found read kept stable reasons \
+                     verdicts labels categories one_type cell category";
+/// Entries that stand last, in this order.
+const LAST: &str = "scales notes preparation_seconds seconds";
 /// Greatest number of rows of a table in a text. Of more rows a text has only the number.
 const ROWS: usize = 40;
 /// Numbers of a list that are smaller than this share of the largest are zero.
@@ -17,8 +24,50 @@ const JOINT_VALUES: [&str; 3] = ["limits", "rest", "deviation"];
 /// Longest entry that stands on the line of its name.
 const SHORT: usize = 100;
 
+/// Names that say too little to a reader, and what texts call them. The ends give the units.
+const NAMES: [(&str, &str); 35] = [
+    ("agreeing", "agreeing with a human"),
+    ("best", "most probable types"),
+    ("bytes", "size_bytes"),
+    ("category", "of one category"),
+    ("cell", "of one cell"),
+    ("cut_m", "pieces fall short by_m"),
+    ("deepest_m", "depth_m"),
+    ("deviation", "usual deviation"),
+    ("disagreeing", "disagreeing with a human"),
+    ("faced_m", "shift toward the fingers_m"),
+    ("faces", "direction it faces"),
+    ("filled_m", "pieces stand out by_m"),
+    ("fingers", "direction of the fingers"),
+    ("found", "grasps found"),
+    ("high_m", "highest corner_m"),
+    ("human", "by a human"),
+    ("length", "arms divided by"),
+    ("low_m", "lowest corner_m"),
+    ("most_bytes", "greatest size_bytes"),
+    ("one_concavity", "contacts in one hollow"),
+    ("one_type", "of one type"),
+    ("overlapping", "pieces overlap"),
+    ("passes_published", "passes Eq. 11 as printed"),
+    ("passes_released", "passes Eq. 11 as in the authors' code"),
+    ("passes_strict", "passes the strict filter"),
+    ("published", "passes Eq. 11 as printed"),
+    ("reasons", "outcomes"),
+    ("released", "passes Eq. 11 as in the authors' code"),
+    ("rule", "by the rule"),
+    ("self_pairs", "pairs checked for self-penetration"),
+    ("strict", "passes the strict filter"),
+    (
+        "symmetry_deviation_m",
+        "deviation from the symmetry found_m",
+    ),
+    ("thin_share", "thinner than a finger_share"),
+    ("violation", "beyond the friction cones"),
+    ("volume_error", "volume error_share"),
+];
+
 /// Ends of names, and factor and unit of the numbers in texts.
-const UNITS: [(&str, f64, &str); 7] = [
+const UNITS: [(&str, f64, &str); 8] = [
     ("_m3", 1e6, " (cm³)"),
     ("_m2", 1e4, " (cm²)"),
     ("_m", 1e3, " (mm)"),
@@ -26,6 +75,7 @@ const UNITS: [(&str, f64, &str); 7] = [
     ("_rad", 180.0 / std::f64::consts::PI, " (°)"),
     ("_share", 100.0, " (%)"),
     ("_s", 1.0, " (s)"),
+    ("_bytes", 1e-6, " (MB)"),
 ];
 
 /// The text of a document, without the paths of what was written.
@@ -38,12 +88,9 @@ pub(super) fn text(document: &Value) -> String {
 }
 
 fn block(text: &mut String, entries: &Map<String, Value>, indent: &str) {
-    let mut shown: Vec<(&String, &Value, Option<String>)> = (entries.iter())
-        .filter(|(name, value)| !HIDDEN.contains(&name.as_str()) && !is_empty(value))
+    let shown: Vec<(&String, &Value, Option<String>)> = (ordered(entries).into_iter())
         .map(|(name, value)| (name, value, in_line(name, value)))
         .collect();
-    let place = |name: &str| FIRST.iter().position(|first| *first == name);
-    shown.sort_by_key(|(name, ..)| place(name).unwrap_or(FIRST.len()));
     let width = |(name, ..): &(&String, &Value, Option<String>)| title(name).chars().count();
     let lines = shown.iter().filter(|(.., line)| line.is_some());
     let width = lines.clone().map(width).max().unwrap_or(0);
@@ -70,6 +117,28 @@ fn block(text: &mut String, entries: &Map<String, Value>, indent: &str) {
     }
 }
 
+/// What a reader sees of an object, in the order of reading.
+fn ordered(entries: &Map<String, Value>) -> Vec<(&String, &Value)> {
+    let none = |name: &str, value: &Value| UNLESS_ZERO.contains(&name) && *value == 0;
+    let mut shown: Vec<(&String, &Value)> = (entries.iter())
+        .filter(|(name, value)| !is_hidden(name) && !is_empty(value) && !none(name, value))
+        .collect();
+    shown.sort_by_key(|(name, _)| place(name));
+    shown
+}
+
+fn is_hidden(name: &str) -> bool {
+    HIDDEN.contains(&name)
+}
+
+/// Where an entry stands. Those of one place follow by name.
+fn place(name: &str) -> (u8, usize) {
+    let within = |names: &str| names.split_whitespace().position(|known| known == name);
+    let first = within(FIRST).map(|place| (0, place));
+    let last = || within(LAST).map(|place| (2, place));
+    first.or_else(last).unwrap_or((1, 0))
+}
+
 fn indented(text: &str, indent: &str) -> String {
     let lines = text.lines().map(|line| format!("{indent}{line}\n"));
     lines.collect()
@@ -86,10 +155,24 @@ fn is_empty(value: &Value) -> bool {
 
 /// The name in words, with the unit.
 fn title(name: &str) -> String {
-    match UNITS.iter().find(|(end, ..)| name.ends_with(end)) {
-        Some((end, _, unit)) => name.trim_end_matches(end).replace('_', " ") + unit,
-        None => name.replace('_', " "),
-    }
+    let (name, _, unit) = measured(name);
+    name.replace('_', " ") + unit
+}
+
+/// The name of an entry as texts have it, with factor and unit of its numbers.
+fn measured(name: &str) -> (&str, f64, &'static str) {
+    let plain = NAMES.iter().find(|(known, _)| *known == name);
+    let name = plain.map_or(name, |(_, plain)| *plain);
+    let of = |(end, factor, unit): &(&str, f64, &'static str)| {
+        Some((name.strip_suffix(end)?, *factor, *unit))
+    };
+    UNITS.iter().find_map(of).unwrap_or((name, 1.0, ""))
+}
+
+/// A name in words and a number in the unit of this name.
+pub(super) fn in_words(name: &str, value: f64) -> (String, f64) {
+    let (_, factor, _) = measured(name);
+    (title(name), factor * value)
 }
 
 /// An entry on one line, if it fits there.
@@ -113,14 +196,14 @@ fn cell(name: &str, value: &Value) -> String {
     match value {
         Value::Null => String::new(),
         Value::Bool(is) => if *is { "yes" } else { "no" }.to_owned(),
-        Value::Number(found) if found.is_f64() => {
+        Value::Number(found) => {
             let value = found.as_f64().unwrap_or(f64::NAN);
-            match UNITS.iter().find(|(end, ..)| name.ends_with(end)) {
-                Some((_, 1.0, _)) | None => number(value),
-                Some((_, factor, _)) => trimmed(&format!("{:.2}", factor * value)),
+            match measured(name) {
+                (_, 1.0, _) if found.is_f64() => number(value),
+                (_, 1.0, _) => found.to_string(),
+                (_, factor, _) => trimmed(&format!("{:.2}", factor * value)),
             }
         }
-        Value::Number(found) => found.to_string(),
         Value::String(text) => text.clone(),
         Value::Array(items) => {
             let sizes = items.iter().filter_map(|item| Some(item.as_f64()?.abs()));
@@ -140,14 +223,15 @@ fn cell(name: &str, value: &Value) -> String {
             items.iter().map(shown).collect::<Vec<_>>().join(", ")
         }
         Value::Object(entries) => {
-            let entries = entries.iter().filter(|(_, value)| !is_empty(value));
-            let entries = entries.map(|(name, value)| format!("{name} {}", cell(name, value)));
+            let entries = ordered(entries).into_iter();
+            let entries =
+                entries.map(|(name, value)| format!("{} {}", title(name), cell(name, value)));
             entries.collect::<Vec<_>>().join(", ")
         }
     }
 }
 
-/// Objects as aligned rows: the id first, then texts, numbers and lists.
+/// Objects as aligned rows: first what stands first everywhere, then texts, numbers and lists.
 pub(super) fn table(rows: &[Value]) -> String {
     let rows: Vec<&Map<String, Value>> = rows.iter().filter_map(Value::as_object).collect();
     let kind = |name: &str| {
@@ -162,9 +246,10 @@ pub(super) fn table(rows: &[Value]) -> String {
             .max()
     };
     let names = rows.first().into_iter().flat_map(|row| row.keys());
+    let names = names.filter(|name| !is_hidden(name));
     let mut columns: Vec<(u8, &String)> =
         names.filter_map(|name| Some((kind(name)?, name))).collect();
-    columns.sort_by_key(|(kind, name)| (*name != "id", *kind));
+    columns.sort_by_key(|(kind, name)| (place(name), *kind));
     let head = columns.iter().map(|(_, name)| title(name));
     let mut cells: Vec<Vec<String>> = vec![head.collect()];
     cells.extend(rows.iter().map(|row| {
@@ -232,19 +317,26 @@ mod tests {
     #[test]
     fn documents_become_texts() {
         let document = json!({
+            "agreeing": 0,
+            "bytes": 18_009_540,
             "gap_m": 0.00125,
             "label": null,
             "notes": ["one", "two"],
             "rows": [{ "id": 3, "name": "μ", "mass_kg": 0.5 }, { "id": 12, "name": "depth", "mass_kg": null }],
             "stable": true,
+            "strict": 7,
             "joints": [{ "kind": "hinge", "limits": [0.0, std::f64::consts::PI] }, { "kind": "slide", "limits": [-1e-20, 0.05] }],
             "normal": [1.0, -1e-17],
+            "terms": { "self_penetration": 0.0, "energy": 0.5 },
+            "files": [{ "content_hash": "c0de", "grasps": 2, "rule": "x" }],
             "wrote": ["a.png"],
         });
-        let expected = "gap (mm)  1.25\nnormal    1, 0\nnotes     one, two\nstable    yes\njoints\n  kind   limits\n  hinge  0, 180 °\n  \
-                        slide  0, 50 mm\nrows\n  id  name   mass (kg)\n   3  μ            0.5\n  12  \
-                        depth\n";
-        assert_eq!(text(&document), expected);
+        let expected = "stable                    yes\nsize (MB)                 18.01\ngap (mm)                  1.25\nnormal  \
+                        \x20                 1, 0\npasses the strict filter  7\nterms                     energy 0.5, self \
+                        penetration 0\nnotes                     one, two\n";
+        let tables = "files\n  by the rule  grasps\n  x                 2\njoints\n  kind   limits\n  hinge  0, 180 °\n  \
+                      slide  0, 50 mm\nrows\n  id  name   mass (kg)\n   3  μ            0.5\n  12  depth\n";
+        assert_eq!(text(&document), expected.to_owned() + tables);
         let many = json!({ "grasps": vec![document; ROWS + 1] });
         assert_eq!(text(&many), "grasps  41 (--json has them)\n");
     }

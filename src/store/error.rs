@@ -253,7 +253,7 @@ pub enum Warning {
     /// Some joints are beyond their limits. They are kept, and the joint-limit term of the energy moves them back.
     #[error(
         "{count} of {grasps} grasps have joints beyond their limits; farthest is `{joint}` in row {row}, by {excess:.4} \
-         rad; they are kept as they are"
+         rad, or m if it slides; they are kept as they are"
     )]
     BeyondLimit {
         count: usize,

@@ -6,7 +6,7 @@ use std::path::Path;
 use petgraph::graph::NodeIndex;
 
 use super::error::StudyError;
-use super::json;
+use super::{json, name_of};
 use crate::energy::{Energy, Explain};
 use crate::grasp::GraspEnergy;
 use crate::store::{
@@ -90,8 +90,7 @@ impl EarlierLandscape {
         }
         Ok(Self {
             source: Source {
-                name: (folder.file_name())
-                    .map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+                name: name_of(folder),
                 content_hash: LandscapeFiles::content_hash(folder)?,
             },
             settings,

@@ -8,8 +8,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::Run;
 use super::import_doubt::{Imported, Placed, doubt, doubt_joints, of_outermost_body};
+use super::{Run, name_of};
 use crate::doubt::Doubt;
 use crate::grasp::energy::EnergySettingsError;
 use crate::grasp::{EnergySettings, Grasp, GraspEnergy, Judgement};
@@ -201,8 +201,7 @@ pub fn import_grasps(
     let scales = ScaleCounts::of(rows.iter().map(|row| row.scale));
     let rows = at_scale(rows, settings.scale, &scales)?;
     // The doubt is stored, and files record names of files only.
-    let subject = path.file_name().unwrap_or_default().to_string_lossy();
-    let subject = subject.into_owned();
+    let subject = name_of(path);
     let imported = Imported {
         subject: subject.clone(),
         hand: &hand,

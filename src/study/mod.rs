@@ -133,6 +133,7 @@ mod uncertainty;
 mod ways;
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use serde::Serialize;
 use serde_json::Value;
@@ -215,6 +216,28 @@ pub(crate) fn tally<'a>(names: impl Iterator<Item = &'a str>) -> Vec<(String, us
     counts
 }
 
+/// The name of a file or folder, even if given as `.` or `..`.
+pub(crate) fn name_of(path: &Path) -> String {
+    let whole = match path.file_name() {
+        Some(_) => path.to_owned(),
+        None => path.canonicalize().unwrap_or_default(),
+    };
+    let name = whole.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
+}
+
 fn json(value: impl Serialize) -> Value {
     serde_json::to_value(value).expect("plain data with text keys is always JSON")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_given_by_dots_have_names() {
+        let here = std::env::current_dir().unwrap();
+        assert_eq!(name_of(Path::new(".")), name_of(&here));
+        assert_eq!(name_of(Path::new("a/b.npy")), "b.npy");
+    }
 }

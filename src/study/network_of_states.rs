@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::error::StudyError;
+use super::name_of;
 use crate::printable::counted;
 use crate::store::{LandscapeFiles, Manifest, StationaryRow, StoreError};
 use crate::thermal::Superposition;
@@ -142,7 +143,7 @@ impl NetworkOfStates {
             ..families.clone()
         };
         let network = network_of(&database, evidence);
-        let name = folder.file_name().unwrap_or_default().to_string_lossy();
+        let name = name_of(folder);
         Ok(Self {
             name: name.strip_suffix(".landscape").unwrap_or(&name).to_owned(),
             tree: Tree::from_network(&network, Evidence::Chain),

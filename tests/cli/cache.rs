@@ -87,7 +87,7 @@ fn an_object_is_cut_once_and_the_cache_is_shown_and_emptied() {
     );
     // A simulation needs the same pieces.
     let (told, _) = kept.run("stability g.parquet");
-    assert_says(&told, &["pieces", "cut (mm)"]);
+    assert_says(&told, &["pieces", "fall short by (mm)"]);
     assert_eq!(kept.files("pieces").len(), 1);
 
     // A damaged file is not used, and mended.
@@ -104,7 +104,10 @@ fn an_object_is_cut_once_and_the_cache_is_shown_and_emptied() {
         (&1.into(), &1.into())
     );
     assert!(shown["bytes"].as_u64().unwrap() < shown["most_bytes"].as_u64().unwrap());
-    assert_says(&kept.run("cache").0, &["cut objects  1", "most bytes"]);
+    assert_says(
+        &kept.run("cache").0,
+        &["cut objects         1", "greatest size (MB)"],
+    );
     let removed = kept.json("cache clear");
     assert_eq!(removed["removed_files"], 2);
     assert_eq!(removed["removed_bytes"], shown["bytes"]);

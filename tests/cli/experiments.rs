@@ -215,7 +215,7 @@ fn first_lines_answer_the_question() {
         "{brief}"
     );
     let full = printed("synth --object ball -n 1 --steps 1 --keep all --drop 0 -v -o v.parquet");
-    assert_says(&full, &["published", "evaluations", "wrote 1 grasp"]);
+    assert_says(&full, &["as printed", "evaluations", "wrote 1 grasp"]);
 
     let (desk, brief) = built();
     let files = desk.landscape("g.landscape");

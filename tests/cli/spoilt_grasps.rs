@@ -24,8 +24,9 @@ fn joint_beyond_its_limit_as_published() {
     });
     parts.set("joints", lists).write(&desk.path("g.parquet"));
     let said = desk.succeed("build g.parquet --first 2 --no-report");
-    let warning =
-        format!("farthest is `{name}` in row 1, by 0.5800 rad; they are kept as they are");
+    let warning = format!(
+        "farthest is `{name}` in row 1, by 0.5800 rad, or m if it slides; they are kept as they are"
+    );
     assert_says(&said, &["warning: ", &warning]);
     let files = desk.landscape("g.landscape");
     assert!(

@@ -177,6 +177,10 @@ fn what_cannot_be_surveyed_is_told() {
             "broken.parquet",
         ],
     );
+    assert!(
+        !said.contains("broken.parquet: set/broken.parquet"),
+        "{said}"
+    );
     let survey = desk.json("set.survey/survey.json");
     assert_eq!(survey["failures"][0]["file"], "broken.parquet");
     assert_eq!(survey["populations"].as_array().unwrap().len(), 3);

@@ -202,8 +202,8 @@ fn a_joint_slightly_beyond_its_limit_is_kept_with_a_warning() {
     assert_eq!(
         texts,
         [
-            "1 of 3 grasps have joints beyond their limits; farthest is `left` in row 1, by 0.0500 rad; they are kept as \
-             they are"
+            "1 of 3 grasps have joints beyond their limits; farthest is `left` in row 1, by 0.0500 rad, or m if it \
+             slides; they are kept as they are"
         ]
     );
 }

@@ -10,7 +10,6 @@ use crate::cli::args::{Common, within};
 use crate::cli::input;
 use crate::cli::output::check_file;
 use crate::cli::printing::{complain, tell_written};
-use crate::cli::provenance::name_of;
 use crate::cli::run::Watch;
 use crate::grasp::Judgement;
 use crate::limits::OBJECT_SCALE;
@@ -18,6 +17,7 @@ use crate::store::exchange::{Mapping, check_kind, files_of};
 use crate::store::{Source, content_hash};
 use crate::study::{
     GraspImportError, GraspImportSettings, ImportedGrasps, ScaleCounts, import_grasps, median,
+    name_of,
 };
 
 /// Names of mesh files in data sets that do not tell the object.
@@ -103,8 +103,8 @@ fn output(command: &Import, common: &Common) -> anyhow::Result<PathBuf> {
     let output = if let Some(output) = &command.output {
         output.clone()
     } else {
-        let stem = command
-            .path
+        let name = PathBuf::from(name_of(&command.path));
+        let stem = name
             .file_stem()
             .context("--output: the file to write must be named")?;
         PathBuf::from(format!("{}.parquet", stem.to_string_lossy()))

@@ -8,11 +8,10 @@ use super::arguments::Import;
 use crate::cli::args::Common;
 use crate::cli::output::{check_inputs, check_place};
 use crate::cli::printing::{complain, print, print_landscapes};
-use crate::cli::provenance::name_of;
 use crate::cli::report;
 use crate::printable::counted;
 use crate::store::{AtomicFolder, Source, content_hash};
-use crate::study::{ImportedLandscape, StationaryCoordinates};
+use crate::study::{ImportedLandscape, StationaryCoordinates, name_of};
 use crate::topography::exchange::{
     Database, Layout, NO_TRANSITION_STATES, Reading, counted_points, points_of_text,
 };

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::Inspect;
 use crate::cli::args::Common;
 use crate::cli::printing::{print, print_json};
-use crate::cli::text::{table, text};
+use crate::cli::text::{in_words, table, text};
 use crate::cli::{input, progress};
 use crate::grasp::Judgement;
 use crate::printable::counted;
@@ -44,7 +44,7 @@ pub(super) fn run(command: &Inspect, common: &Common) -> anyhow::Result<()> {
             let unverified = file.has_unverified_outcomes();
             said += &verdict(&counts, &judged, &grasps, unverified);
             if common.verbose {
-                said.extend(["\n", &text(&serde_json::to_value(&counts)?), "\n"]);
+                said.extend(["\n", &text(&in_rows(&counts)?), "\n"]);
                 said += &table(&quantiles(&judged)?);
             }
             said.push('\n');
@@ -138,15 +138,33 @@ fn verdict(
     text
 }
 
+/// The counts, with those of links as rows, in which names stay as they are.
+fn in_rows(counts: &JudgedPopulation) -> anyhow::Result<Value> {
+    let links = counts.links_in_contact.iter();
+    let links = links.map(|(link, grasps)| json!({ "link": link, "grasps": grasps }));
+    let links: Vec<Value> = links.collect();
+    let mut counts = serde_json::to_value(counts)?;
+    counts["links_in_contact"] = json!(links);
+    Ok(counts)
+}
+
 /// Quantiles of all numbers of the judgements.
 fn quantiles(judged: &[JudgedGrasp]) -> anyhow::Result<Vec<Value>> {
     let mut measures: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     for grasp in judged {
         let grasp = serde_json::to_value(grasp)?;
-        let parts = [&grasp, &grasp["terms"], &grasp["hand_use"]];
-        for (name, value) in parts.into_iter().filter_map(Value::as_object).flatten() {
-            if let Some(value) = value.as_f64() {
-                measures.entry(name.clone()).or_default().push(value);
+        let parts = [
+            ("", &grasp),
+            ("term: ", &grasp["terms"]),
+            ("hand use: ", &grasp["hand_use"]),
+        ];
+        for (part, entries) in parts {
+            for (name, value) in entries.as_object().into_iter().flatten() {
+                if let Some(value) = value.as_f64() {
+                    let (name, value) = in_words(name, value);
+                    let all = measures.entry(format!("{part}{name}"));
+                    all.or_default().push(value);
+                }
             }
         }
     }
@@ -156,8 +174,15 @@ fn quantiles(judged: &[JudgedGrasp]) -> anyhow::Result<Vec<Value>> {
         values.sort_by(f64::total_cmp);
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         let at = |tenths: usize| values[((values.len() - 1) * tenths + 5) / 10];
-        let quantiles = [0, 1, 5, 9, 10].map(at);
-        json!({ "measure": name, "mean": mean, "quantiles_0_10_50_90_100": quantiles })
+        json!({
+            "measure": name,
+            "mean": mean,
+            "least": at(0),
+            "10_%": at(1),
+            "median": at(5),
+            "90_%": at(9),
+            "greatest": at(10),
+        })
     };
     Ok(measures.into_iter().map(row).collect())
 }

@@ -48,13 +48,14 @@ Examples:
   landscape inspect grasps.parquet --json | jq '.grasps[] | select(.epsilon < 0.05) | .id'
 
 What is measured:
-  |Gc|       wrench left over when all contacts push equally along their normals; below 0.5 passes the relaxed test
-  friction   least friction coefficient at which forces balance (exact); inf if they balance at none
-  epsilon    Ferrari-Canny: the greatest wrench that can be resisted in every direction, per unit sum of normal forces, at
-             friction 0.5 with eight edges per cone; not positive if some wrench cannot be resisted
-  gap        distance of the farthest contact from the surface, on the exact mesh
-  depth      deepest point of the hand in the object or of the object in the hand, on the exact mesh and the hand as
-             `export glb` writes it
+  net wrench      wrench left over when all contacts push equally along their normals (‖Gc‖); below 0.5 passes the relaxed
+                  test
+  least friction  least friction coefficient at which forces balance (exact); empty if they balance at none
+  epsilon         Ferrari-Canny: the greatest wrench that can be resisted in every direction, per unit sum of normal
+                  forces, at friction 0.5 with eight edges per cone; not positive if some wrench cannot be resisted
+  gap             distance of the farthest contact from the surface, on the exact mesh
+  depth           deepest point of the hand in the object or of the object in the hand, on the exact mesh and the hand as
+                  `export glb` writes it
 Arms of torques are divided by the object's radius, so all but gap and depth are dimensionless.
 
 Bare contacts (JSON; at most 400, lengths in any one unit, normals of any length):

@@ -89,7 +89,7 @@ fn barrier(files: &LandscapeFiles, energy: &GraspEnergy, path: &MinimaxPath) -> 
     let higher = ends[usize::from(ends[1].point.energy >= ends[0].point.energy)];
     let row = |name: &str, of: &dyn Fn(&Waypoint) -> f64| {
         json!({
-            "term": name,
+            "term": name.replace('_', " "),
             "start": of(ends[0]),
             "top": of(top),
             "end": of(ends[1]),
@@ -103,12 +103,11 @@ fn barrier(files: &LandscapeFiles, energy: &GraspEnergy, path: &MinimaxPath) -> 
     let named = |id: &MinimumId| format!("m{} (g{})", id.0, files.minima[id.0].family);
     let route: Vec<String> = path.minima.iter().map(named).collect();
     json!({
-        "lowest way found": route.join(" → "),
-        "what it is": ways(files, &path.minima).into_iter().flatten().collect::<Vec<_>>(),
+        "lowest_way_found": route.join(" → "),
+        "what_it_is": ways(files, &path.minima).into_iter().flatten().collect::<Vec<_>>(),
         "length_m": ends[1].along_m,
-        "top_after_m": top.along_m,
-        "points": steps.len(),
-        "barrier": rows,
+        "highest_point_after_m": top.along_m,
+        "energy along it": rows,
     })
 }
 

@@ -17,7 +17,7 @@ use super::args::{Again, Common, FamilyBarrier, WithPage, pair_named, within};
 use super::output::check_place;
 use super::run::{Unfinished, Watch, check_resumable};
 use super::{interruption, report};
-use crate::cli::printing::{complain, explain, print_landscapes};
+use crate::cli::printing::{complain, explain, explain_settings, print_landscapes};
 use crate::energy::model::MODELS;
 use crate::energy::{Counted, Energy, External, InBox, Protocol, model};
 use crate::limits::SEARCHES;
@@ -598,7 +598,7 @@ fn searching(
     settings.seed = seed;
     settings.patience = command.patience.unwrap_or(settings.patience);
     settings.max_searches = command.searches.unwrap_or(settings.max_searches);
-    explain(|| format!("settings of the search: {settings:?}"));
+    explain_settings("settings of the search", &settings);
     Ok(settings)
 }
 

@@ -13,7 +13,7 @@ use self::files::{Plan, Task};
 use self::part::Part;
 use super::args::{Again, Common, FamilyBarrier, HandAndObject, WithPage};
 use super::build::{Mapping, keep_stable};
-use super::output::{check_folder, make_folder};
+use super::output::{check_folder, given_or_beside, make_folder};
 use super::run::{Watch, journal_beside, open_journal, stoppable};
 use super::{input, interruption};
 use crate::cli::printing::{complain, print_json, sentence, shown, tell_text};
@@ -115,20 +115,16 @@ pub(super) fn run(command: &Survey, common: &Common) -> anyhow::Result<()> {
     if let Some(first @ 0..2) = command.first {
         anyhow::bail!("--first {first}: a landscape needs at least two grasps");
     }
-    let output = match &command.output {
-        Some(output) => output.clone(),
-        None => command.sets[0].with_extension("survey"),
-    };
+    let output = given_or_beside(command.output.as_ref(), &command.sets[0], "survey")?;
     let inputs: Vec<&Path> = command.sets.iter().map(PathBuf::as_path).collect();
     let expected = |name: &str| FILES.contains(&name) || name == LANDSCAPES;
     check_folder(&output, &inputs, expected, common)?;
     let plan = Plan::of(command, common.quiet)?;
     anyhow::ensure!(
         !plan.tasks.is_empty(),
-        "none of the {} files could be read: {}: {}",
+        "none of the {} files could be read: {}",
         plan.files.len(),
-        plan.failures[0].file,
-        plan.failures[0].reason
+        plan.failures[0]
     );
     let told = plan.repeated.iter().filter(|_| !common.quiet);
     told.for_each(|repeated| complain(&format!("note: {repeated}")));
@@ -161,11 +157,10 @@ pub(super) fn run(command: &Survey, common: &Common) -> anyhow::Result<()> {
     journal.remove()?;
     anyhow::ensure!(
         survey.failures.is_empty(),
-        "{} of the files or populations could not be surveyed, the first one because of this: {}: {} (the survey of the others \
+        "{} of the files or populations could not be surveyed, the first one because of this: {} (the survey of the others \
          is in {})",
         survey.failures.len(),
-        survey.failures[0].file,
-        survey.failures[0].reason,
+        survey.failures[0],
         output.display()
     );
     Ok(())
@@ -222,11 +217,10 @@ impl Survey {
         }
         anyhow::ensure!(
             failures.is_empty(),
-            "task {part}: {} of its {} could not be surveyed, the first one because of this: {}: {}",
+            "task {part}: {} of its {} could not be surveyed, the first one because of this: {}",
             failures.len(),
             counted(tasks.len(), "population"),
-            failures[0].file,
-            failures[0].reason
+            failures[0]
         );
         Ok(())
     }

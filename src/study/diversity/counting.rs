@@ -103,7 +103,9 @@ impl DiversitySet {
         let grasps = families.values().sum();
         let mut set = Self::of_places(name, Ok(families), &places);
         if files.manifest.hand.is_none() {
-            let reason = format!("{name} is not a landscape of grasps");
+            let reason = format!(
+                "{name} is not a landscape of grasps, so its families are counted by the searches that ended in them"
+            );
             set.counts[1..].fill(Err(reason));
         }
         let hands = files.manifest.hand.iter().map(|hand| hand.name.clone());

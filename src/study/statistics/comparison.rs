@@ -98,13 +98,17 @@ impl TaxonomyComparison<'_> {
         let _ = writeln!(
             text,
             "- {minima} minima: {categories}, {unnamed} without a category\n\
-             - labels: {} from the file, the others by rule {} on the minimum itself\n\
-             - {} of {} pairs are joined by no path: their heights count as 1.1 times the largest",
-            basins.labelled_in_file,
-            self.rule.version,
-            basins.saddles.unknown(),
-            basins.saddles.values().len(),
+             - labels: {} from the file, the others by rule {} on the minimum itself",
+            basins.labelled_in_file, self.rule.version,
         );
+        let apart = basins.saddles.unknown();
+        if apart > 0 {
+            let _ = writeln!(
+                text,
+                "- {apart} of {} pairs are joined by no path: their heights count as 1.1 times the largest",
+                basins.saddles.values().len(),
+            );
+        }
         if let Some(why) = basins.inapplicable {
             let _ = writeln!(
                 text,

@@ -9,6 +9,7 @@ mod pooled;
 mod report;
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use petgraph::graph::NodeIndex;
 use rayon::prelude::*;
@@ -195,6 +196,16 @@ pub struct SurveyFailure {
     pub file: String,
     /// The reason, one sentence.
     pub reason: String,
+}
+
+impl fmt::Display for SurveyFailure {
+    /// The file and the reason, or the reason alone if it names the file.
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.reason.contains(&self.file) {
+            write!(formatter, "{}: ", self.file)?;
+        }
+        formatter.write_str(&self.reason)
+    }
 }
 
 impl Survey {

@@ -59,7 +59,7 @@ impl Survey {
                 counted(self.failures.len(), "file or population")
             );
             for failure in &self.failures {
-                let _ = writeln!(text, "- {}: {}", failure.file, failure.reason);
+                let _ = writeln!(text, "- {failure}");
             }
         }
         text

@@ -145,6 +145,11 @@ fn texts_and_tables_have_every_population() {
         file: "torn.parquet".to_owned(),
         reason: "it ends too early".to_owned(),
     };
+    let named = SurveyFailure {
+        file: "torn.parquet".to_owned(),
+        reason: "set/torn.parquet ends too early".to_owned(),
+    };
+    assert_eq!(named.to_string(), named.reason);
     let survey = Survey::new(planted().populations, vec![failure]);
     let text = survey.markdown();
     for words in [
