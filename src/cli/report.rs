@@ -10,6 +10,7 @@ use clap::Args;
 use super::args::{Common, HandAndObject};
 use super::diff::{Side, between, notes};
 use super::input::{self, open_landscape};
+use super::label::with_labeller;
 use super::output::{check_file, given_or_beside};
 use super::run::Watch;
 use crate::cli::printing::{complain, tell_path};
@@ -51,6 +52,9 @@ pub(super) struct Report {
         allow_negative_numbers = true
     )]
     within: Option<f64>,
+    /// A labeller that `landscape label --learn` wrote, which names the grasps of a file in place of the rule.
+    #[arg(long, value_name = "FILE")]
+    by: Option<PathBuf>,
     #[command(flatten)]
     of: HandAndObject,
 }
@@ -82,6 +86,7 @@ pub(super) fn run(command: &Report, common: &Common) -> anyhow::Result<()> {
     let mut inputs = vec![command.shown.as_path()];
     inputs.extend(command.other.as_deref());
     inputs.extend(command.stability.as_deref());
+    inputs.extend(command.by.as_deref());
     check_file(&output, &inputs, common.force)?;
     let page = if command.shown.is_dir() {
         of_landscapes(command, common)?
@@ -104,6 +109,10 @@ fn of_landscapes(command: &Report, common: &Common) -> anyhow::Result<String> {
             "--{flag}: the landscape describes its hand and object"
         );
     }
+    ensure!(
+        command.by.is_none(),
+        "--by: the names of minima are those of the rule; show the file of grasps"
+    );
     let held = match &command.stability {
         Some(path) => held(path)?,
         None => BTreeMap::new(),
@@ -191,8 +200,8 @@ fn of_grasps(command: &Report, common: &Common) -> anyhow::Result<String> {
         "--stability: not needed, because the file of grasps already contains the outcomes"
     );
     let file = input::grasps(&command.shown, &command.of, common)?;
-    let rule = Rule::standard();
-    let labels = Watch::over(common.quiet, |run| label_all(&file, rule, |_| true, run))?;
+    let rule = with_labeller(Rule::standard().clone(), command.by.as_deref())?;
+    let labels = Watch::over(common.quiet, |run| label_all(&file, &rule, |_| true, run))?;
     let grasps = PageGrasps {
         name: &name_of(&command.shown),
         file: &file,

@@ -12,7 +12,9 @@ const UNLESS_ZERO: [&str; 3] = ["agreeing", "disagreeing", "left_out"];
 const FIRST: &str = "id name measure term link kind part hand object scale format lowest_way_found what_it_is strict_filter \
                      before after height energy start top end human rule agrees mean least 10_% median 90_% greatest size_m \
                      mass_kg mass_given folder limits rest chains grasps found read kept stable reasons \
-                     verdicts labels categories one_type cell category";
+                     verdicts judged labels categories one_type cell category certainty answers \
+                     labeller_share labeller_interval_share rule_share rule_interval_share commonest_share gain_share \
+                     gain_interval_share";
 /// Entries that stand last, in this order.
 const LAST: &str = "scales notes preparation_seconds seconds";
 /// Greatest number of rows of a table in a text. Of more rows a text has only the number.
@@ -25,7 +27,7 @@ const JOINT_VALUES: [&str; 3] = ["limits", "rest", "deviation"];
 const SHORT: usize = 100;
 
 /// Names that say too little to a reader, and what texts call them. The ends give the units.
-const NAMES: [(&str, &str); 35] = [
+const NAMES: [(&str, &str); 39] = [
     ("agreeing", "agreeing with a human"),
     ("best", "most probable types"),
     ("bytes", "size_bytes"),
@@ -40,8 +42,11 @@ const NAMES: [(&str, &str); 35] = [
     ("filled_m", "pieces stand out by_m"),
     ("fingers", "direction of the fingers"),
     ("found", "grasps found"),
+    ("gain_interval_share", "interval_share"),
+    ("gain_share", "labeller less rule_share"),
     ("high_m", "highest corner_m"),
     ("human", "by a human"),
+    ("labeller_interval_share", "interval_share"),
     ("length", "arms divided by"),
     ("low_m", "lowest corner_m"),
     ("most_bytes", "greatest size_bytes"),
@@ -55,6 +60,7 @@ const NAMES: [(&str, &str); 35] = [
     ("reasons", "outcomes"),
     ("released", "passes Eq. 11 as in the authors' code"),
     ("rule", "by the rule"),
+    ("rule_interval_share", "interval_share"),
     ("self_pairs", "pairs checked for self-penetration"),
     ("strict", "passes the strict filter"),
     (

@@ -21,11 +21,11 @@
 //! | `stable_reason`?∅ | string | reason, see `grasp::stability::Reason`; null: not simulated |
 //! | `stable_displacement_m`?∅, `stable_turn_rad`?∅ | double | displacement and rotation of the object in simulation |
 //! | `label`?∅ | string | grasp type given by a human, or `unlisted` |
-//! | `label_auto`?∅ | string | result of the rule: a grasp type, the cell of the taxonomy if types of it are close (`power/palm/2-5/abducted`), the category if cells of it are close (`power`), `unlisted`, or `not_applicable` |
+//! | `label_auto`?∅ | string | result of the rule or of a labeller that was taught: a grasp type, the cell of the taxonomy if types of it are close (`power/palm/2-5/abducted`), the category if cells of it are close (`power`), `unlisted`, or `not_applicable` |
 //! | `label_score`?∅ | double | probability of the type that is the answer, 0 to 1 |
-//! | `label_best`?∅ | string | the answer and the two most probable other types of its category, with their probabilities |
-//! | `label_category`?∅ | string | `power`, `intermediate` or `precision` from the human's label, otherwise the most probable one by the rule, also of unlisted grasps; null if there is none |
-//! | `label_source`?∅ | string | `human` or `rule`: origin of `label_category`; null: not labelled |
+//! | `label_best`?∅ | string | the answer with its certainty (`likely`, `open` or `a guess`), and the two most probable other types of its category |
+//! | `label_category`?∅ | string | `power`, `intermediate` or `precision` from the human's label, otherwise the most probable one by the rule or labeller, also of unlisted grasps; null if there is none |
+//! | `label_source`?∅ | string | `human`, `rule` or `labeller`: origin of `label_category`; null: not labelled |
 //! | `source`? | string | origin of the grasp; absent: empty |
 //! | `chain_seed`?, `chain_step`? | uint64 | the chain and step that found it; absent: 0 |
 //!

@@ -86,12 +86,12 @@ impl GraspRow {
         self.stable_turn_rad = None;
     }
 
-    /// Removes the label of the rule; that of a human stays.
+    /// Removes the label of the rule or of a labeller; that of a human stays.
     pub(super) fn forget_label_of_rule(&mut self) {
         self.label_auto = None;
         self.label_score = None;
         self.label_best = None;
-        if self.label_source.as_deref() == Some("rule") {
+        if self.label_source.as_deref() != Some("human") {
             self.label_category = None;
             self.label_source = None;
         }

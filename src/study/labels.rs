@@ -6,8 +6,10 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use super::Run;
-use crate::evaluation::taxonomy::{Category, GraspType, Label, Labeller, Rule, Taxonomy, UNLISTED};
-use crate::store::{GraspFile, GraspRow, RebuildError};
+use crate::evaluation::taxonomy::{
+    By, Category, GraspType, Label, Labeller, Rule, Taxonomy, UNLISTED, UNLISTED_CLASS,
+};
+use crate::store::{GraspFile, GraspRow, RebuildError, content_hash};
 use crate::topography::Phase;
 
 /// Labels the grasps of a file that `wanted` chooses; returns the labels by id.
@@ -38,14 +40,18 @@ pub fn label_all(
     Ok(labels)
 }
 
-/// Writes labels into the rows of a file, and the rule into its metadata. The word of a human stays, and decides the category.
+/// Writes labels into the rows of a file, and the rule and the labeller into its metadata. The word of a human stays, and decides the category.
 pub fn record_labels(file: &mut GraspFile, labels: &BTreeMap<u64, Label>, rule: &Rule) {
     for row in &mut file.grasps {
         if let Some(label) = labels.get(&row.id) {
             record(row, label);
         }
     }
+    let labeller = rule.taught.as_ref().map(|taught| {
+        json!({ "content_hash": content_hash(&[taught.text().as_bytes()]), "labels": taught.count() })
+    });
     file.metadata.labels = json!({
+        "labeller": labeller,
         "rule": rule.version,
         "unlisted_below": rule.unlisted_below,
         "type_share": rule.type_share,
@@ -62,6 +68,7 @@ fn record(row: &mut GraspRow, label: &Label) {
     let (source, category) = match human {
         Some(text) => ("human", human_label(text).and_then(HumanLabel::category)),
         // An unlisted grasp has a most probable category, too.
+        None if matches!(label.by, By::Taught(_)) => ("labeller", label.category),
         None => ("rule", label.category),
     };
     row.label_source = Some(source.to_owned());
@@ -91,6 +98,14 @@ impl HumanLabel {
         match self {
             Self::Type(entry) => &entry.name,
             Self::Unlisted => UNLISTED,
+        }
+    }
+
+    /// The class as which a labeller learns it.
+    pub(super) fn class(self) -> usize {
+        match self {
+            Self::Type(entry) => usize::from(entry.number) - 1,
+            Self::Unlisted => UNLISTED_CLASS,
         }
     }
 

@@ -128,6 +128,7 @@ mod surface_space;
 mod survey;
 mod synthesis;
 mod tables;
+mod teaching;
 mod thermodynamics;
 mod uncertainty;
 mod ways;
@@ -199,6 +200,7 @@ pub use survey::{
 };
 pub use synthesis::{Keep, Origin, PopulationSettings, Synthesis, synthesize_population};
 pub(crate) use tables::family_of;
+pub use teaching::examples;
 pub use thermodynamics::{AtTemperature, Thermodynamics, ThermodynamicsSettings};
 pub use ways::Way;
 

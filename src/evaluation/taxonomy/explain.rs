@@ -4,16 +4,29 @@ use std::fmt::Write;
 
 use super::decision::Evidence;
 use super::form::{Held, Solid};
-use super::label::{Label, Verdict};
+use super::label::{By, Label, Verdict};
 use super::rule::Rule;
 use super::table::{Form, Opposition, Taxonomy};
 
 /// Shares below this are not told.
 const TOLD: f64 = 0.05;
 
-/// The explanation of a label, in lines of text.
+/// The explanation of a label, in lines of text. That of a labeller that was taught stands before that of the rule.
 pub fn explain(label: &Label, rule: &Rule) -> String {
+    if let (By::Taught(by_rule), Some(taught)) = (&label.by, &rule.taught) {
+        return format!(
+            "label               {}\nlabeller            taught with {} labels: {}; {}\n\nby the rule\n{}",
+            label.text(),
+            taught.count(),
+            category(label),
+            types(label).join(", "),
+            explain(by_rule, rule)
+        );
+    }
     let mut text = format!("label               {}\n", label.text());
+    if let By::Instead(unseen) = label.by {
+        let _ = writeln!(text, "labeller            the rule answers: {unseen}");
+    }
     if let Verdict::NotApplicable(why) = label.verdict {
         let _ = writeln!(
             text,
@@ -23,42 +36,67 @@ pub fn explain(label: &Label, rule: &Rule) -> String {
         return text;
     }
     let _ = writeln!(text, "1 opposition        {}", oppositions(label));
-    let categories = (label.categories.iter()).map(|(category, p)| (category.name(), *p));
-    let _ = writeln!(text, "2 category          {}", shares(categories));
+    let _ = writeln!(text, "2 category          {}", category(label));
     let cell = label.best.first().and_then(|best| {
         let entry = Taxonomy::feix().numbered(best.number)?;
         Some(entry.cell.as_str())
     });
     let _ = writeln!(
         text,
-        "3 virtual fingers   {} touch (P palm, 1 thumb, 2 index … 5 little); best cell {} {:.2}",
+        "3 virtual fingers   {} touch (P palm, 1 thumb, 2 index … 5 little); best cell {} ({})",
         label.virtual_fingers,
         cell.unwrap_or("none"),
-        label.cell_probability
+        label.certainty[1].name()
     );
     if let Some(held) = &label.held {
         let _ = writeln!(text, "4 what is held      {}", part(held));
     }
-    let own = label.of_category().into_iter();
-    let own = own.enumerate().map(|(place, candidate)| {
+    for (place, line) in types(label).into_iter().enumerate() {
         let head = if place == 0 { "5 type" } else { "" };
-        (head, candidate)
-    });
-    let rival = label.rival().map(|rival| ("other category", rival));
-    for (head, candidate) in own.chain(rival) {
-        let entry = Taxonomy::feix().numbered(candidate.number);
-        let (type_name, cell) = entry.map_or(("", ""), |entry| (&entry.name, &entry.cell));
-        let _ = writeln!(
-            text,
-            "{head:<20}{:.3}  {:>2} {type_name} ({cell})",
-            candidate.score, candidate.number
-        );
+        let _ = writeln!(text, "{head:<20}{line}");
+    }
+    if let Some(rival) = label
+        .rival()
+        .and_then(|rival| Taxonomy::feix().numbered(rival.number))
+    {
+        let _ = writeln!(text, "of another category {} ({})", rival.name, rival.cell);
     }
     text += &listed("for it", &label.support);
     text += &listed("against it", &label.objections);
     text += &listed("against the next", &label.against_next);
     text += &outcome(label, rule);
     text
+}
+
+/// The categories, the most probable first, and how far the first can be trusted.
+fn category(label: &Label) -> String {
+    let mut categories = label.categories.clone();
+    categories.sort_by_key(|(category, _)| Some(*category) != label.category);
+    let mut rest: Vec<_> = categories.split_off(1.min(categories.len()));
+    rest.retain(|(_, p)| *p >= TOLD);
+    rest.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let first = categories
+        .first()
+        .map_or("none", |(category, _)| category.name());
+    let mut text = format!("{first} ({})", label.certainty[0].name());
+    for (category, _) in rest {
+        let _ = write!(text, ", then {}", category.name());
+    }
+    text
+}
+
+/// The answer and the next types of its category, with cells.
+fn types(label: &Label) -> Vec<String> {
+    let own = label.of_category().into_iter().enumerate();
+    let spelled = own.filter_map(|(place, candidate)| {
+        let entry = Taxonomy::feix().numbered(candidate.number)?;
+        let text = format!("{} ({})", entry.name, entry.cell);
+        Some(match place {
+            0 => format!("{text}, {}", label.certainty[2].name()),
+            _ => text,
+        })
+    });
+    spelled.collect()
 }
 
 fn oppositions(label: &Label) -> String {

@@ -1,9 +1,12 @@
 //! Names the type of a grasp.
 
 use super::anatomy::{Anatomy, Patch, Unlike};
+use super::certainty::Certainty;
 use super::decision::{Answer, Evidence, Fits, evidence};
 use super::facts::{DIGITS, Facts, TOUCHES};
+use super::features::{Features, features};
 use super::form::{Held, held, held_by_contacts};
+use super::learned::{self, UNLISTED_CLASS, Unseen, rule_classes};
 use super::pose_correction::{PoseCorrection, readings};
 use super::rule::Rule;
 use super::table::{Category, GraspType, Opposition, Taxonomy, spell_digits};
@@ -77,6 +80,8 @@ pub struct Label {
     pub category: Option<Category>,
     /// The probability of the answer's cell.
     pub cell_probability: f64,
+    /// How far category, cell and type of the answer can be trusted.
+    pub certainty: [Certainty; 3],
     /// Virtual fingers in contact, `1:2-4:5`; P is the palm.
     pub virtual_fingers: String,
     /// The part of the object that is held.
@@ -89,6 +94,19 @@ pub struct Label {
     pub objections: Vec<Evidence>,
     /// What the next type of the answer's category expects and does not find.
     pub against_next: Vec<Evidence>,
+    /// Whether a labeller that was taught named the grasp. What was measured, and the reasons, are the rule's all the same.
+    pub by: By,
+}
+
+/// What named a grasp.
+#[derive(Debug, Clone, PartialEq)]
+pub enum By {
+    /// The rule.
+    Rule,
+    /// A labeller that was taught; the rule would have named the grasp like this.
+    Taught(Box<Label>),
+    /// The rule, because the grasp is unlike all that the labeller has seen.
+    Instead(Unseen),
 }
 
 impl Label {
@@ -102,12 +120,68 @@ impl Label {
             categories: Vec::new(),
             category: None,
             cell_probability: 0.0,
+            certainty: [Certainty::Guess; 3],
             virtual_fingers: String::new(),
             held: None,
             facts: Vec::new(),
             support: Vec::new(),
             objections: Vec::new(),
             against_next: Vec::new(),
+            by: By::Rule,
+        }
+    }
+
+    /// The same grasp as a labeller that was taught names it, with these probabilities of the classes. As by the rule, the
+    /// label is the cell or the category where types or cells are close.
+    fn taught(self, classes: &[f64], rule: &Rule) -> Self {
+        let answer = learned::answer(classes);
+        let number = |class: usize| u8::try_from(class + 1).unwrap_or_default();
+        let types: Vec<Candidate> = (0..UNLISTED_CLASS)
+            .map(|class| Candidate {
+                number: number(class),
+                score: classes[class],
+            })
+            .collect();
+        let sum = |test: &dyn Fn(&GraspType) -> bool| -> f64 {
+            let own = Taxonomy::feix().types.iter().zip(classes);
+            own.filter(|(entry, _)| test(entry)).map(|(_, p)| p).sum()
+        };
+        let categories: Vec<(Category, f64)> = self
+            .categories
+            .iter()
+            .map(|(category, _)| (*category, sum(&|entry| entry.category == *category)))
+            .collect();
+        let mut ranked = types.clone();
+        ranked.sort_by(|a, b| b.score.total_cmp(&a.score));
+        let entry = Taxonomy::feix().types.get(answer);
+        let most = categories.iter().rev().max_by(|a, b| a.1.total_cmp(&b.1));
+        let category = match entry {
+            Some(entry) => Some(entry.category),
+            None => most.map(|(category, _)| *category),
+        };
+        let of_category = sum(&|other| Some(other.category) == category);
+        let of_cell = entry.map_or(0.0, |entry| sum(&|other| other.cell == entry.cell));
+        if entry.is_some() {
+            ranked.sort_by_key(|candidate| candidate.number != number(answer));
+        }
+        ranked.truncate(self.best.len().max(3));
+        let verdict = match () {
+            () if entry.is_none() => Verdict::Unlisted,
+            () if of_cell < rule.cell_share * of_category => Verdict::Broad(number(answer)),
+            () if classes[answer] < rule.type_share * of_cell => Verdict::Ambiguous(number(answer)),
+            () => Verdict::Listed(number(answer)),
+        };
+        let told = [of_category, of_cell, classes[answer]];
+        Self {
+            verdict,
+            best: ranked,
+            types,
+            categories,
+            category,
+            cell_probability: of_cell,
+            certainty: told.map(Certainty::of),
+            by: By::Taught(Box::new(self.clone())),
+            ..self
         }
     }
 
@@ -183,18 +257,23 @@ impl Label {
         types.filter(is_chosen).collect()
     }
 
-    /// [`Label::of_category`] in words: `Medium Wrap 0.512, Large Diameter 0.274, Power Sphere 0.103`.
+    /// [`Label::of_category`] in words: `Medium Wrap (open), Large Diameter, Power Sphere`. The first is the answer, with its
+    /// certainty.
     pub fn best_text(&self) -> String {
-        let spell = |candidate: &Candidate| {
+        let spell = |(place, candidate): (usize, &Candidate)| {
             let entry = Taxonomy::feix().numbered(candidate.number);
-            format!(
-                "{} {:.3}",
-                entry.map_or("", |entry| &entry.name),
-                candidate.score
-            )
+            let name = entry.map_or("", |entry| &entry.name);
+            match place {
+                0 => format!("{name} ({})", self.certainty[2].name()),
+                _ => name.to_owned(),
+            }
         };
         let own = self.of_category();
-        own.iter().map(spell).collect::<Vec<_>>().join(", ")
+        own.iter()
+            .enumerate()
+            .map(spell)
+            .collect::<Vec<_>>()
+            .join(", ")
     }
 }
 
@@ -255,7 +334,36 @@ impl<'a> Labeller<'a> {
         poses.retain(|pose| *pose != asked);
         let as_posed = read(&asked);
         let corrected: Vec<Reading> = poses.iter().filter_map(read).collect();
-        named(self.rule, as_posed.as_ref(), &corrected)
+        let label = named(self.rule, as_posed.as_ref(), &corrected);
+        let Some(taught) = &self.rule.taught else {
+            return label;
+        };
+        let Some((features, classes)) = self.example(x, &label) else {
+            return label;
+        };
+        match taught.probabilities(&features, &classes) {
+            Ok(told) => label.taught(&told, self.rule),
+            Err(unseen) => Label {
+                by: By::Instead(unseen),
+                ..label
+            },
+        }
+    }
+
+    /// What a labeller can learn from the grasp at pose `x`, whose label by the rule is `label`: its features, and the rule's
+    /// probabilities of the 33 types and of `unlisted`. `None` where the taxonomy does not apply.
+    ///
+    /// # Panics
+    /// If `x` does not have 7 numbers more than the hand has joints.
+    pub fn example(&self, x: &[f64], label: &Label) -> Option<(Features, Vec<f64>)> {
+        let anatomy = self.anatomy.as_ref().ok()?;
+        if let Verdict::NotApplicable(_) = label.verdict {
+            return None;
+        }
+        let mut posed = PosedHand::default();
+        self.hand.pose(x, &mut posed);
+        let features = features(label, anatomy, &posed, self.object);
+        Some((features, rule_classes(label)))
     }
 }
 
@@ -329,6 +437,8 @@ fn named(rule: &Rule, as_posed: Option<&Reading>, corrected: &[Reading]) -> Labe
     };
     let mut label = Label {
         verdict: answer.verdict(rule),
+        certainty: Certainty::of_rule(rule, &answer),
+        by: By::Rule,
         support: told(answer.best.first(), true),
         objections: told(answer.best.first(), false),
         against_next: Vec::new(),

@@ -7,27 +7,35 @@
 //! mirrored grasp has the same label.
 
 mod anatomy;
+mod certainty;
 mod decision;
 mod explain;
 mod facts;
+mod features;
 mod form;
 mod label;
+mod learned;
 mod pose_correction;
 mod rule;
 mod table;
+mod taught;
 mod touch;
 
 pub use anatomy::{Anatomy, Bone, PalmAxes, PalmPart, Patch, Unlike};
+pub use certainty::Certainty;
 pub use decision::Evidence;
 pub use explain::explain;
 pub(super) use facts::{DIGITS, flexion, thumb_elevation, touches_enough};
+pub use features::Features;
 pub use form::{Held, Solid, held, held_by_contacts};
 pub use label::{
-    Candidate, Inapplicable, Label, Labeller, NOT_APPLICABLE, UNLISTED, Verdict, label_contacts,
+    By, Candidate, Inapplicable, Label, Labeller, NOT_APPLICABLE, UNLISTED, Verdict, label_contacts,
 };
+pub use learned::{Example, UNLISTED_CLASS, Unseen};
 pub use pose_correction::{PoseCorrection, readings};
 pub use rule::{Rule, Sharpness};
 pub use table::{Category, Disagreement, Form, GraspType, Opposition, Taxonomy, Thumb};
+pub use taught::{Judged, LEAST_LABELS, OfCertainty, Taught, TaughtWith, TeachError};
 pub use touch::{NEAR_M, TouchingPatch, touches};
 
 /// Why a table of types or a rule cannot be used.
@@ -45,4 +53,7 @@ pub enum TaxonomyError {
         /// What is wrong.
         problem: String,
     },
+    /// Not a labeller that was taught.
+    #[error("this is not a labeller that `landscape label --learn` wrote: {0}")]
+    Labeller(String),
 }

@@ -1,7 +1,7 @@
 //! The rule that tells the types apart, `data/taxonomy/rule.toml`.
 
 use std::collections::BTreeMap;
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 use serde::Deserialize;
 
@@ -9,6 +9,7 @@ use super::TaxonomyError;
 use super::facts::{DIGITS, FACTS, fact};
 use super::pose_correction::PoseCorrection;
 use super::table::{Category, GraspType, Opposition, Taxonomy, Thumb};
+use super::taught::Taught;
 
 /// The rule as text.
 const RULE: &str = include_str!("../../../data/taxonomy/rule.toml");
@@ -65,6 +66,10 @@ pub struct Rule {
     /// A hash (64-bit FNV-1a) of the rule, the facts, the table of types and the settings of [`PoseCorrection`]; each label
     /// belongs to one.
     pub version: String,
+    /// Least probability of the category, cell and type of likely and of open answers.
+    pub(super) certain: [[f64; 2]; 3],
+    /// A labeller that was taught and names grasps in place of the rule, but for those unlike all that it has seen.
+    pub taught: Option<Arc<Taught>>,
     /// Expectations of each type, by number, in the order of the facts.
     pub(super) cues: Vec<Vec<Cue>>,
 }
@@ -115,9 +120,30 @@ struct File {
     sharpness_by_fit: f64,
     type_share: f64,
     cell_share: f64,
+    /// Where it is absent, all answers are guesses.
+    #[serde(default)]
+    certainty: Certain,
     holding: Vec<Holding>,
     #[serde(rename = "type")]
     types: Vec<Entry>,
+}
+
+/// Least probabilities of answers of a certainty.
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Certain {
+    category: Least,
+    cell: Least,
+    #[serde(rename = "type")]
+    kind: Least,
+}
+
+/// Where a probability is absent, no answer has the certainty.
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Least {
+    likely: Option<f64>,
+    open: Option<f64>,
 }
 
 /// What the types of one category and opposition have in common.
@@ -248,7 +274,23 @@ impl Rule {
             },
             type_share: file.type_share,
             cell_share: file.cell_share,
+            certain: [
+                &file.certainty.category,
+                &file.certainty.cell,
+                &file.certainty.kind,
+            ]
+            .map(|least| [least.likely, least.open].map(|p| p.unwrap_or(f64::INFINITY))),
+            taught: None,
         })
+    }
+
+    /// This rule with a labeller that was taught, which names grasps in its place where it has seen grasps like them.
+    #[must_use]
+    pub fn with(self, taught: Taught) -> Self {
+        Self {
+            taught: Some(Arc::new(taught)),
+            ..self
+        }
     }
 
     /// What a type expects.
