@@ -27,7 +27,7 @@ pub(crate) struct Case {
 }
 
 /// What is compared with the person's type.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Measure {
     Category,
     Opposition,

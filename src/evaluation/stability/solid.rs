@@ -17,7 +17,7 @@ use crate::mesh::{ExactMesh, Mesh};
 
 /// Version of what is kept of a cut. Raise it whenever cutting, the comparison with the mesh or the format changes, also by
 /// another version of the library that cuts.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// A mesh that its hull fills by no more than this, metres, is one convex piece. Cutting would leave gaps between the pieces
 /// of a thin body.
@@ -28,6 +28,8 @@ const RESOLUTION: u32 = 128;
 const OTHER_RESOLUTIONS: [u32; 8] = [125, 122, 119, 116, 113, 110, 107, 104];
 /// A piece is cut again while the volume of its hull exceeds its own by this share of the volume of the whole hull.
 const CONCAVITY: f64 = 0.002;
+/// Grids to which the corners of a piece are rounded where the engine refuses its hull, metres.
+const ROUNDINGS_M: [f64; 4] = [1e-7, 1e-6, 1e-5, 1e-4];
 /// Largest number of pieces.
 const PIECES: u32 = 64;
 /// Number of surface points for comparing pieces with the mesh.
@@ -338,8 +340,19 @@ fn decomposed(mesh: &Mesh, vertices: &[rapier3d_f64::math::Vector], resolution: 
         .collect()
 }
 
+/// The hull of points. Hulls of nearly coplanar points are sometimes not closed, and the engine refuses them: then the points
+/// are rounded, more and more, until it takes one. `None` for points of a plane.
 fn hull(points: &[rapier3d_f64::math::Vector]) -> Option<Piece> {
+    let rounded = |grid_m: f64| {
+        let round = |point: &rapier3d_f64::math::Vector| (*point / grid_m).round() * grid_m;
+        hull_as_is(&points.iter().map(round).collect::<Vec<_>>())
+    };
+    hull_as_is(points).or_else(|| ROUNDINGS_M.into_iter().find_map(rounded))
+}
+
+fn hull_as_is(points: &[rapier3d_f64::math::Vector]) -> Option<Piece> {
     let (vertices, triangles) = try_convex_hull(points).ok()?;
+    SharedShape::convex_mesh(vertices.clone(), &triangles)?;
     Some(Piece {
         vertices: vertices.into_iter().map(from_vector).collect(),
         triangles,
@@ -403,9 +416,12 @@ pub(super) fn motion(from_start: &Isometry3<f64>, centre: &Vector3<f64>) -> (Vec
 mod tests {
     use std::cell::Cell;
 
+    use rand::RngExt;
+
     use super::*;
     use crate::mesh::Mesh;
     use crate::object::Object;
+    use crate::sample::{Task, stream};
 
     /// Two boxes that form an L.
     fn corner() -> Mesh {
@@ -416,6 +432,25 @@ mod tests {
         let path = folder.path().join("corner.toml");
         std::fs::write(&path, boxes).unwrap();
         Object::parts_of_file(&path, None).unwrap().mesh
+    }
+
+    /// Points that lie on the faces of a box but for rounding, as cuts of flat surfaces have them.
+    #[test]
+    fn nearly_coplanar_points_have_a_hull_that_the_engine_takes() {
+        let mut refused = 0;
+        for seed in 0..400 {
+            let mut rng = stream(seed, Task::Permutation, 0);
+            let mut points: Vec<rapier3d_f64::math::Vector> = Vec::new();
+            for _ in 0..60 {
+                let mut point = [0.0_f64; 3].map(|_| rng.random_range(-0.02..0.02));
+                let noise = 1e-9 * libm::pow(10.0, rng.random_range(0.0..3.0));
+                point[rng.random_range(0..3)] = 0.02 + rng.random_range(-noise..noise);
+                points.push(vector(&Vector3::from(point)));
+            }
+            refused += usize::from(hull_as_is(&points).is_none());
+            assert!(hull(&points).is_some(), "seed {seed}");
+        }
+        assert!(refused > 0, "no hull was refused, so this tests nothing");
     }
 
     #[test]

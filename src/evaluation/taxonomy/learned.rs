@@ -80,7 +80,7 @@ pub(super) fn respects() -> [Vec<usize>; 3] {
 }
 
 /// The answer: the class of the greatest probability in the cell of the greatest probability.
-pub(super) fn answer(probabilities: &[f64]) -> usize {
+pub fn answer(probabilities: &[f64]) -> usize {
     let [_, cells, _] = respects();
     let cell = answer_among(&sums(probabilities, &cells), |_| true);
     answer_among(probabilities, |class| cells[class] == cell)
@@ -174,7 +174,7 @@ pub(super) fn class_name(class: usize) -> &'static str {
 /// are those with the least Brier score, summed over category, cell and type, of examples of groups that were left out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Regression {
+pub struct Regression {
     choice: Choice,
     features: Vec<Scale>,
     classes: Vec<Weights>,
@@ -479,7 +479,7 @@ pub(super) fn leave_out(examples: &[Example]) -> LeftOut {
 
 impl Regression {
     /// Learns from examples.
-    pub(super) fn of(examples: &[Example]) -> Self {
+    pub fn of(examples: &[Example]) -> Self {
         let design = Design::new(examples);
         let sums = design.sums(0..examples.len());
         let everything: Vec<usize> = (0..examples.len()).collect();
@@ -517,11 +517,7 @@ impl Regression {
     ///
     /// # Errors
     /// If the grasp is unlike all that was seen.
-    pub(super) fn probabilities(
-        &self,
-        features: &Features,
-        rule: &[f64],
-    ) -> Result<Vec<f64>, Unseen> {
+    pub fn probabilities(&self, features: &Features, rule: &[f64]) -> Result<Vec<f64>, Unseen> {
         let count = self.features.len() as f64;
         let known = || {
             let scales = self.features.iter();

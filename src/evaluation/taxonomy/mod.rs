@@ -31,7 +31,7 @@ pub use form::{Held, Solid, held, held_by_contacts};
 pub use label::{
     By, Candidate, Inapplicable, Label, Labeller, NOT_APPLICABLE, UNLISTED, Verdict, label_contacts,
 };
-pub use learned::{Example, UNLISTED_CLASS, Unseen};
+pub use learned::{Example, Regression, UNLISTED_CLASS, Unseen, answer};
 pub use pose_correction::{PoseCorrection, readings};
 pub use rule::{Rule, Sharpness};
 pub use table::{Category, Disagreement, Form, GraspType, Opposition, Taxonomy, Thumb};
