@@ -45,12 +45,19 @@ pub fn explain(label: &Label, rule: &Rule) -> String {
         (head, candidate)
     });
     let rival = label.rival().map(|rival| ("other category", rival));
+    let answer = label.best.first().map_or(0.0, |best| best.score);
     for (head, candidate) in own.chain(rival) {
         let entry = Taxonomy::feix().numbered(candidate.number);
         let (type_name, cell) = entry.map_or(("", ""), |entry| (&entry.name, &entry.cell));
+        // Only the type of another category can be more probable than the answer.
+        let note = if candidate.score > answer {
+            ": more probable than the answer, but its category is less probable"
+        } else {
+            ""
+        };
         let _ = writeln!(
             text,
-            "{head:<20}{:.3}  {:>2} {type_name} ({cell})",
+            "{head:<20}{:.3}  {:>2} {type_name} ({cell}){note}",
             candidate.score, candidate.number
         );
     }
@@ -130,4 +137,50 @@ fn outcome(label: &Label, rule: &Rule) -> String {
         "outcome             {why}; best fit {:.3} (unlisted below {})\nrule                {}\n",
         label.fit, rule.unlisted_below, rule.version
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::label::Candidate;
+    use super::super::table::Category;
+    use super::*;
+
+    /// A label by probabilities of types; the first is the answer.
+    fn label(types: &[(u8, f64)]) -> Label {
+        let candidate = |&(number, score): &(u8, f64)| Candidate { number, score };
+        Label {
+            verdict: Verdict::Listed(types[0].0),
+            best: types.iter().map(candidate).collect(),
+            types: types.iter().map(candidate).collect(),
+            fit: 0.5,
+            oppositions: Vec::new(),
+            categories: Vec::new(),
+            category: Some(Category::Power),
+            cell_probability: 0.6,
+            virtual_fingers: "P:2-5:1".to_owned(),
+            held: None,
+            facts: Vec::new(),
+            support: Vec::new(),
+            objections: Vec::new(),
+            against_next: Vec::new(),
+        }
+    }
+
+    /// Types 3 and 1 are power grasps, 14 is a precision grasp.
+    #[test]
+    fn a_type_more_probable_than_the_answer_is_explained() {
+        let note = |types: &[(u8, f64)]| {
+            let text = explain(&label(types), Rule::standard());
+            let of_tripod = text.lines().find(|line| line.contains("14 Tripod"));
+            let of_others = text.lines().filter(|line| !line.contains("14 Tripod"));
+            assert!(
+                of_others
+                    .into_iter()
+                    .all(|line| !line.contains("more probable"))
+            );
+            of_tripod.is_some_and(|line| line.contains("its category is less probable"))
+        };
+        assert!(note(&[(3, 0.35), (1, 0.25), (14, 0.4)]));
+        assert!(!note(&[(3, 0.4), (1, 0.25), (14, 0.35)]));
+    }
 }
