@@ -124,7 +124,8 @@ pub(crate) fn report(sets: &[Set<'_>], version: &str) -> (String, String) {
     let mut text = format!(
         "# Labels of grasps that people posed and named\n\n`LANDSCAPE_TEST_DATA=… cargo run --release --example annotated`, \
          rule {version}. [annotated_grasps.csv](annotated_grasps.csv) has each type.\n\n\
-         - *Seen* objects were looked at while the rule was made, *unseen* ones were not.\n\
+         - *Seen* objects were looked at while the rule was made, *unseen* ones were not, until three of its types \
+         changed on 30 November 2026.\n\
          - *Right*: the rule's best guess, also where its label is only a cell or a category.\n\
          - *Agrees with contact*: all of both virtual fingers touch, the palm exactly where the type needs it, and no other \
          finger except helping ones of the type.\n\
