@@ -112,6 +112,18 @@ limits! {
     NETWORK_WEIGHT: -1e6, 1e6, "",
         "sums with such a weight have no digits left in single precision";
 
+    /// Coefficients of a labeller that was taught, and means and ends of what it has seen.
+    LABELLER_NUMBER: -1e9, 1e9, "",
+        "features of grasps are of order one";
+
+    /// Deviations of what a labeller has seen.
+    LABELLER_DEVIATION: 1e-3, 1e9, "",
+        "features are divided by their deviations";
+
+    /// Exponents of a labeller's scores, and of the rule's probabilities.
+    LABELLER_EXPONENT: 0.0, 10.0, "",
+        "larger powers of probabilities are zero";
+
     /// Weights, roundings and thresholds of energies.
     ENERGY_SETTING: 0.0, 1e6, "",
         "terms are of order one, and a larger weight would drown the others";
@@ -314,6 +326,9 @@ mod tests {
             HAND_SHAPE,
             MANO_NUMBER,
             NETWORK_WEIGHT,
+            LABELLER_NUMBER,
+            LABELLER_DEVIATION,
+            LABELLER_EXPONENT,
             ENERGY_SETTING,
             SHARE,
             STEPS,

@@ -5,17 +5,21 @@
 use crate::described::described;
 use crate::desk::{Desk, assert_says};
 use landscape::evaluation::taxonomy::{
-    Anatomy, Bone, Labeller, NOT_APPLICABLE, Patch, Rule, Unlike, explain,
+    Anatomy, Bone, Label, Labeller, NOT_APPLICABLE, Patch, Rule, Taught, Taxonomy, Unlike, explain,
 };
 use landscape::hand::{Hand, HandFiles};
 use landscape::mesh::Mesh;
 use landscape::object::Object;
-use landscape::store::{GraspFile, Overrides};
+use landscape::store::{GraspFile, GraspRow, Overrides, content_hash};
 
 /// Every `step`-th grasp of the committed population.
 fn some_grasps(step: usize) -> GraspFile {
-    let (mut file, _) =
-        GraspFile::read("data/grasps.parquet".as_ref(), Overrides::default()).unwrap();
+    some_of("data/grasps.parquet", step)
+}
+
+/// Every `step`-th grasp of a file.
+fn some_of(path: &str, step: usize) -> GraspFile {
+    let (mut file, _) = GraspFile::read(path.as_ref(), Overrides::default()).unwrap();
     let mut row = 0;
     file.grasps.retain(|_| {
         row += 1;
@@ -296,6 +300,13 @@ fn labels_are_written_explained_and_overridden() {
             "rule  ",
         ],
     );
+    let first = &labelled.grasps[0];
+    let best = first.label_best.as_deref().unwrap();
+    let (answer, certainty) = best.split_once(" (").unwrap();
+    assert!(Taxonomy::feix().named(answer).is_some(), "{best}");
+    let certainty = certainty.split_once(')').unwrap().0;
+    assert!(["likely", "open", "a guess"].contains(&certainty), "{best}");
+    assert_says(&said, &[answer, &format!("), {certainty}")]);
 
     let other = file.grasps[1].id;
     let csv = format!("id,label\n{id},thumb adducted\n{other},unlisted\n");
@@ -330,4 +341,215 @@ fn labels_are_written_explained_and_overridden() {
     );
     assert_says(&refused("label g.parquet --from none.csv"), &["none.csv"]);
     assert_says(&refused("label g.parquet -o none/x.parquet"), &["none"]);
+}
+
+/// A file of grasps of one object, in which a person has named each grasp as the rule does, if it does.
+fn named_grasps(path: &str) -> GraspFile {
+    let mut file = some_of(path, 20);
+    let (hand, object) = (hand("human"), object_of(&file));
+    let labeller = Labeller::new(&hand, &object, Rule::standard());
+    for grasp in &mut file.grasps {
+        let Label { best, .. } = labeller.label(&grasp.grasp.pose);
+        let entry = best
+            .first()
+            .and_then(|best| Taxonomy::feix().numbered(best.number));
+        grasp.label = entry.map(|entry| entry.name.clone());
+    }
+    file
+}
+
+/// A desk with the grasps of two objects, `a.parquet` and `b.parquet`, that a person named, and how many these are.
+fn desk_of_a_teacher() -> (Desk, usize) {
+    let desk = Desk::empty();
+    let mut count = 0;
+    for (name, path) in [
+        ("a.parquet", "data/grasps.parquet"),
+        ("b.parquet", "data/experiments/ellipsoid.parquet"),
+    ] {
+        let file = named_grasps(path);
+        count += file
+            .grasps
+            .iter()
+            .filter(|grasp| grasp.label.is_some())
+            .count();
+        file.write(&desk.path(name)).unwrap();
+    }
+    (desk, count)
+}
+
+/// Somebody teaches a labeller with grasps of two objects, and lets it name the same grasps, of which no label is left.
+#[test]
+fn a_labeller_is_taught_and_names_grasps() {
+    let (desk, count) = desk_of_a_teacher();
+    let told =
+        desk.document("label --learn a.parquet b.parquet -o my.labeller -q --json --threads 1");
+    assert_eq!(told["tested_on_left_out"], "grasps", "of two objects");
+    let labels = told["labels"].as_object().unwrap().values();
+    assert_eq!(
+        labels.map(|n| n.as_u64().unwrap()).sum::<u64>(),
+        count as u64
+    );
+    for judged in told["judged"].as_array().unwrap() {
+        // The labels are the rule's, which is therefore always right.
+        assert_eq!(judged["rule_share"], 1.0, "{judged}");
+        assert!(
+            judged["labeller_share"].as_f64() > judged["commonest_share"].as_f64(),
+            "{judged}"
+        );
+    }
+    let text = desk.text("my.labeller");
+    let taught = Taught::parse(&text).unwrap();
+    assert_eq!((taught.count(), taught.text()), (count, text));
+    let with: Vec<_> = (taught.taught_with.iter())
+        .map(|with| {
+            (
+                with.file.as_str(),
+                with.objects.join(" "),
+                with.hands.join(" "),
+            )
+        })
+        .collect();
+    let with_of = |file, object: &str| (file, object.to_owned(), "human".to_owned());
+    assert_eq!(
+        with,
+        [
+            with_of("a.parquet", "bottle_round"),
+            with_of("b.parquet", "ellipsoid")
+        ]
+    );
+
+    // The text has what a person needs to judge it, and the file may be replaced.
+    let (told, said) = desk.both("label --learn a.parquet b.parquet -o my.labeller --threads 2");
+    let titles =
+        "judged | labeller (%) | rule (%) | labeller less rule (%) | certainties | right (%)";
+    assert_says(&told, &titles.split(" | ").collect::<Vec<_>>());
+    assert_says(
+        &said,
+        &[
+            "it is not shown that the labeller names",
+            "better than the rule",
+        ],
+    );
+    assert_eq!(desk.text("my.labeller"), taught.text(), "on two threads");
+
+    let mut bare = desk.grasps("a.parquet");
+    bare.grasps.iter_mut().for_each(|grasp| grasp.label = None);
+    bare.write(&desk.path("bare.parquet")).unwrap();
+    let told = desk.document("label bare.parquet --by my.labeller -q --json --threads 1");
+    let labelled = desk.grasps("bare.labelled.parquet");
+    let source = |grasp: &&GraspRow| grasp.label_source.as_deref() == Some("labeller");
+    let named = labelled.grasps.iter().filter(source).count();
+    let left = told["left_to_the_rule"].as_u64().unwrap_or(0);
+    assert!(
+        named >= 2 * labelled.grasps.len() / 3,
+        "it has seen these grasps: {named}, {left}"
+    );
+    let left = usize::try_from(left).unwrap();
+    assert_eq!(named + left, labelled.grasps.len());
+    let labels = &labelled.metadata.labels;
+    assert_eq!(labels["labeller"]["labels"], count);
+    assert_eq!(
+        labels["labeller"]["content_hash"],
+        content_hash(&[&desk.bytes("my.labeller")]).as_str()
+    );
+    assert!(labelled.metadata.command.ends_with("--by my.labeller"));
+    let again = desk.bytes("bare.labelled.parquet");
+    desk.succeed("label bare.parquet --by my.labeller -q --threads 2");
+    assert!(
+        desk.bytes("bare.labelled.parquet") == again,
+        "on two threads"
+    );
+    // The labeller names what it has seen as the person did.
+    let told = desk.document("label a.parquet --by my.labeller -q --json");
+    let [agreeing, disagreeing] =
+        ["agreeing", "disagreeing"].map(|key| told[key].as_u64().unwrap());
+    assert!(agreeing > 2 * disagreeing, "{agreeing}, {disagreeing}");
+
+    let first = labelled.grasps.iter().find(source).unwrap();
+    let said = desk.print(&format!(
+        "label bare.parquet --by my.labeller --explain {}",
+        first.id
+    ));
+    let labels = format!("taught with {count} labels");
+    assert_says(
+        &said,
+        &[
+            "labeller",
+            &labels,
+            "by the rule",
+            "1 opposition",
+            first.label_auto.as_deref().unwrap(),
+        ],
+    );
+    desk.succeed("report bare.parquet --by my.labeller -q");
+}
+
+#[test]
+fn labellers_that_cannot_be_taught_or_used_are_refused() {
+    let (desk, count) = desk_of_a_teacher();
+    // Ids of one file may be those of another.
+    let file = desk.grasps("a.parquet");
+    let shared = desk.grasps("b.parquet").grasps[0].id;
+    assert_eq!(file.grasps[0].id, shared);
+    desk.write("labels.csv", format!("id,label\n{shared},Ring\n"));
+    let refused = |line: &str, words: &[&str]| assert_says(&desk.mistake(line), words);
+    refused(
+        "label --learn a.parquet b.parquet --from labels.csv",
+        &[
+            "labels.csv, line 2",
+            &format!("several grasps have the id {shared}"),
+            "--from",
+        ],
+    );
+    let mut few = file.clone();
+    few.grasps.truncate(6);
+    few.write(&desk.path("few.parquet")).unwrap();
+    refused(
+        "label --learn few.parquet -q",
+        &["6 grasps", "at least 30 are needed"],
+    );
+    assert!(!desk.path("few.labeller").exists());
+    // A table gives the labels in place of the file.
+    let rows = file.grasps[..6]
+        .iter()
+        .map(|grasp| format!("{},\n", grasp.id));
+    let csv = format!("id,label\n{}", rows.collect::<String>());
+    desk.write("none.csv", csv);
+    refused(
+        "label --learn few.parquet --from none.csv -q",
+        &["0 grasps"],
+    );
+
+    desk.succeed("label --learn a.parquet b.parquet -q");
+    let text = desk.text("a.labeller");
+    assert_eq!(Taught::parse(&text).unwrap().count(), count);
+    let rule = include_str!("../data/taxonomy/rule.toml");
+    let other = rule.replace("cell_share = 0.4", "cell_share = 0.41");
+    assert_ne!(rule, other);
+    desk.write("other.toml", other);
+    refused(
+        "label few.parquet --by a.labeller --rule other.toml",
+        &[
+            "a.labeller",
+            "another version of the rule",
+            "teach it again",
+        ],
+    );
+    desk.write("torn.labeller", &text[..text.len() / 2]);
+    refused(
+        "label few.parquet --by torn.labeller",
+        &["torn.labeller", "not a labeller", "EOF"],
+    );
+    refused("report few.parquet --by few.parquet", &["few.parquet"]);
+    refused(
+        "label few.parquet --by none.labeller",
+        &["--by: cannot read none.labeller"],
+    );
+    refused("label a.parquet b.parquet", &["several files", "--learn"]);
+    // A file of somebody else stays.
+    desk.write("mine.labeller", "years of work");
+    refused(
+        "label --learn a.parquet b.parquet -o mine.labeller",
+        &["mine.labeller", "--force"],
+    );
 }

@@ -1,8 +1,12 @@
 """Files written from Python are, byte for byte, those of the command line: of the package and of the program of cargo."""
 
+from pathlib import Path
+
 import pytest
 
 import landscape as ls
+
+GRASPS = Path(__file__).parents[2] / "data/grasps.parquet"
 
 
 @pytest.fixture(scope="module")
@@ -39,3 +43,16 @@ def test_build_gives_the_bytes_of_the_command_line(made, line):
         if name != "timings.json":
             same = (found.folder / name).read_bytes() == (folder / "line.landscape" / name).read_bytes()
             assert same, name
+
+
+def test_labellers_have_the_bytes_of_the_command_line(made, line):
+    folder, _ = made
+    rows = [f"{number},{('Ring', 'Tripod')[number % 2]}" for number in ls.Grasps.read(GRASPS).id[:30]]
+    (folder / "labels.csv").write_text("\n".join(["id,label", *rows]) + "\n")
+    ls.learn(GRASPS, folder / "python.labeller", labels=folder / "labels.csv")
+    line("label", "--learn", GRASPS, "--from", "labels.csv", "-q", "-o", "line.labeller", cwd=folder)
+    assert (folder / "python.labeller").read_bytes() == (folder / "line.labeller").read_bytes()
+    line("label", "line.parquet", "--by", "python.labeller", "-q", "-o", "named.line.parquet", cwd=folder)
+    named = ls.Grasps.read(folder / "line.parquet").label(by=folder / "python.labeller", out=folder / "named.python.parquet")
+    assert len(named) == 6
+    assert (folder / "named.python.parquet").read_bytes() == (folder / "named.line.parquet").read_bytes()

@@ -9,6 +9,7 @@ use serde_json::Value;
 
 use super::args::Common;
 use crate::cli::printing::{shown, tell_text};
+use crate::evaluation::taxonomy::Taught;
 use crate::figure::MAKER;
 use crate::figure::chart::Chart;
 use crate::store::{FileSet, GraspFile, content_hash};
@@ -271,6 +272,7 @@ fn made_here(path: &Path) -> bool {
         "csv" => head.starts_with(b"id,"),
         "npy" => head.starts_with(b"\x93NUMPY"),
         "json" => fs::read(path).is_ok_and(|bytes| made_json(&bytes)),
+        "labeller" => fs::read_to_string(path).is_ok_and(|text| Taught::parse(&text).is_ok()),
         _ => holds(&head, &made_by) || holds(&tail, &made_by),
     }
 }

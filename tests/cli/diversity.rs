@@ -9,7 +9,7 @@ use landscape::store::{AtomicFolder, GraspFile, Overrides};
 use serde_json::Value;
 
 /// Writes `grasps` real grasps with these labels of a human in turn. If they are `alike`, all are the same grasp.
-fn plant(desk: &Desk, name: &str, grasps: usize, labels: &[&str], alike: bool) {
+pub(super) fn plant(desk: &Desk, name: &str, grasps: usize, labels: &[&str], alike: bool) {
     let data = concat!(env!("CARGO_MANIFEST_DIR"), "/data/grasps.parquet");
     let (mut file, _) = GraspFile::read(data.as_ref(), Overrides::default()).unwrap();
     file.grasps.truncate(grasps);

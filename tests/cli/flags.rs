@@ -64,6 +64,10 @@ fn mistakes_in_flags() {
         synth --object ball --config torn.toml | torn.toml | line 1
         synth --object ball --config absent.toml | cannot read absent.toml
         synth --object ball --threads 0 | --threads 0
+        label g.parquet --by absent.labeller | --by: cannot read absent.labeller
+        label g.parquet --by typo.toml | typo.toml: | not a labeller that `landscape label --learn` wrote
+        label g.parquet g.parquet | several files of grasps | --learn
+        label --learn g.parquet | 0 grasps of human-like hands | at least 30
     ";
     for case in rows(cases) {
         let sentence = desk.early_mistake(case[0]);

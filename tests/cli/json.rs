@@ -7,6 +7,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::desk::Desk;
+use crate::diversity::plant;
 use crate::table::rows;
 use crate::{in_cache, thirty_grasps};
 
@@ -24,7 +25,10 @@ const RUNS: &str = "
     inspect --path | inspect g.landscape --path m0 m1 --pictures 2
     stability | stability g.parquet
     label | label g.parquet
+    label --learn | label --learn named.parquet -o my.labeller
+    label | label g.parquet --by my.labeller
     label --explain | label g.parquet --explain 0
+    label --explain | label g.parquet --explain 0 --by my.labeller
     join | join g.parquet g.parquet -o twice.parquet
     hands list | hands list
     hands inspect | hands inspect gripper_parallel
@@ -154,6 +158,8 @@ fn inputs() -> Desk {
     desk.add_landscape("g.landscape");
     desk.add_database("database");
     desk.write("thirty.parquet", thirty_grasps());
+    let types = ["Medium Wrap", "Tripod"];
+    plant(&desk, "named.parquet", 40, &types, false);
     desk.write(
         "contacts.json",
         r#"{"contacts": [

@@ -7,6 +7,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Stdio};
 
 use crate::desk::{Desk, assert_says};
+use crate::diversity::plant;
 use crate::table::rows;
 use crate::{LONG_SYNTH, contents, grasps, names, records};
 
@@ -19,6 +20,7 @@ fn desk() -> Desk {
     let desk = Desk::with_grasps();
     desk.add_landscape("g.landscape");
     desk.write("box.obj", TETRAHEDRON);
+    plant(&desk, "named.parquet", 30, &["Ring", "Tripod"], false);
     desk
 }
 
@@ -28,6 +30,7 @@ const WRITES: &str = "
     synth --object ball -n 1 --steps 1 --keep all -o box.obj --drop 0 | box.obj
     stability g.parquet | g.stability.parquet
     label g.parquet | g.labelled.parquet
+    label --learn named.parquet | named.labeller
     report g.parquet | g.grasps.html
     report g.landscape | g.report.html
     export g.parquet csv | g.csv
@@ -84,6 +87,8 @@ fn an_output_is_no_input() {
         "report g.parquet -o g.parquet",
         "report g.landscape -o g.landscape",
         "label g.parquet --from labels.csv -o labels.csv",
+        "label --learn named.parquet -o named.parquet",
+        "label g.parquet --by labels.csv -o labels.csv",
         "stability g.parquet -o g.parquet",
         "synth --from g.parquet -n 1 -o g.parquet",
         "export g.parquet glb -o g.landscape/..",

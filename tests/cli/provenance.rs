@@ -12,6 +12,7 @@ use landscape::hand::HandFiles;
 use landscape::store::{GraspFile, LandscapeFiles, Overrides};
 
 use crate::desk::Desk;
+use crate::diversity::plant;
 use crate::table::rows;
 use crate::{contents, grasps, held_grasps};
 
@@ -35,7 +36,7 @@ const RUNS: &str = r#"
     import | @/my arrays | --hand | human | --object | ball
     import | @/t.csv | --hand | human | --object | @/half shell.obj | --scale | 1 | --thickness | 3
     import | @/my data | --family-barrier | 0.1
-    label | @/-g.parquet | --from | @/l.csv | --rule | @/rule.toml | --hand | @/own's hand.urdf | --object | @/Kugel ü.obj
+    label | @/-g.parquet | --from | @/l.csv | --rule | @/rule.toml | --by | @/-my.labeller | --hand | @/own's hand.urdf | --object | @/Kugel ü.obj
     join | @/-g.parquet | @/held $1.parquet | --hand | @/own's hand.urdf | --object | @/Kugel ü.obj
     stability | @/-g.parquet | --config | @/short.toml | --hand | @/own's hand.urdf | --object | @/Kugel ü.obj
     stability | @/one.parquet | --protocol | six-directions
@@ -60,6 +61,7 @@ const WITHOUT_TRACE: &str = "
     help | writes nothing
     version | writes nothing
     explain | writes nothing
+    learn | writes a labeller, which has the hashes of the files that taught it
     no-report | leaves out a page and changes no other file
 ";
 
@@ -137,6 +139,10 @@ fn inputs() -> &'static Desk {
         desk.succeed("export held.parquet csv -q -o t.csv");
         desk.succeed("export held.parquet dexgraspnet -q -o a.npy");
         fs::rename(desk.path("a.npy"), desk.path("my arrays/a.npy")).unwrap();
+        let types = ["Medium Wrap", "Tripod"];
+        plant(&desk, "named.parquet", 30, &types, false);
+        desk.succeed("label --learn named.parquet -q -o ./-my.labeller");
+        fs::remove_file(desk.path("named.parquet")).unwrap();
         desk.add_landscape("it's old");
         desk.add_database("my data");
         desk

@@ -20,6 +20,7 @@ use rand::RngExt;
 use tempfile::TempDir;
 
 use crate::desk::Desk;
+use crate::diversity::plant;
 use crate::table::rows;
 
 use super::{BUILD, Files, SURFACE, SYNTH};
@@ -39,6 +40,7 @@ const VERBS: &str = "
     surface | {surface} | none | quick
     stability | stability few.parquet | few.parquet | slow
     label | label g.parquet | g.parquet | quick
+    label --learn | label --learn named.parquet | named.parquet | slow
     join | join g.parquet few.parquet | g.parquet few.parquet | quick
     man | man pages | none | quick
     report of grasps | report few.parquet | few.parquet | slow
@@ -334,6 +336,7 @@ fn materials() -> &'static Files {
         if budget().is_some() {
             run(BUILD.line);
             run("synth --object ball -n 30 --steps 1 --keep all -o thirty.parquet");
+            plant(&desk, "named.parquet", 30, &["Ring", "Tripod"], false);
         }
         let reference = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/deepsdf");
         for (from, to) in [

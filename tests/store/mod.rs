@@ -81,7 +81,7 @@ fn grasp(id: u64) -> GraspRow {
         label: Some("medium wrap".into()),
         label_auto: Some("precision disk".into()),
         label_score: Some(0.9),
-        label_best: Some("Precision Disk 0.900, Precision Sphere 0.850".into()),
+        label_best: Some("Precision Disk (likely), Precision Sphere".into()),
         label_category: Some("power".into()),
         label_source: Some("human".into()),
         source: "synthesis".into(),

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import warnings
 from collections.abc import Sequence
-from functools import cached_property
+from dataclasses import dataclass
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Union
 
@@ -484,14 +486,17 @@ class Grasps:
         return passed
 
     def label(
-        self, *, rule: StrPath | None = None, labels: StrPath | None = None, out: StrPath | None = None,
-        force: bool = False, progress: bool | None = None,
+        self, *, by: StrPath | None = None, rule: StrPath | None = None, labels: StrPath | None = None,
+        out: StrPath | None = None, force: bool = False, progress: bool | None = None,
     ) -> Grasps:
         """These grasps with their types in the GRASP taxonomy (T. Feix et al., IEEE Trans. Hum.-Mach. Syst. 46, 66 (2016)):
         the columns ``label_auto``, ``label_score``, ``label_best``, ``label_category``, ``label_source``.
 
         Parameters
         ----------
+        by
+            A :class:`Labeller`, or its file, which names the grasps in place of the rule. Grasps unlike all that it has seen
+            are named by the rule; ``label_source`` tells which are.
         rule
             A file with another rule than the standard one.
         labels
@@ -506,9 +511,9 @@ class Grasps:
         Raises
         ------
         InputError
-            If a file is wrong, or there are no grasps.
+            If a file is wrong, the labeller was taught beside another rule, or there are no grasps.
         """
-        given = flags(rule=rule, from_=labels, force=force)
+        given = flags(by=by, rule=rule, from_=labels, force=force)
         return self._remade("label", given, out, "labelled", progress)
 
     def labels(self, *, progress: bool | None = None) -> Table:
@@ -587,36 +592,45 @@ class Grasps:
         command("export", self._file(), format, *flags(force=force), "--quiet", "--output", target, progress=False)
         return target
 
-    def report(self, out: StrPath, *, force: bool = False, progress: bool | None = None) -> Path:
+    def report(
+        self, out: StrPath, *, by: StrPath | None = None, force: bool = False, progress: bool | None = None,
+    ) -> Path:
         """Writes a page on which the grasps are looked at and labelled, and returns its path.
 
         Parameters
         ----------
         out
             The file to write (HTML).
-        force, progress
-            As in :meth:`label`.
+        by, force, progress
+            As in :meth:`label`. The page asks first for the grasps of which the labeller is least sure.
 
         Raises
         ------
         InputError
-            If landscape did not write the file, or there are no grasps.
+            If landscape did not write the file, the labeller cannot be used, or there are no grasps.
         """
         target = Path(out)
-        command("report", self._file(), *flags(force=force), "--quiet", "--output", target, progress=progress)
+        command("report", self._file(), *flags(by=by, force=force), "--quiet", "--output", target, progress=progress)
         return target
 
-    def show(self, *, height_px: int = 720) -> Page:
+    def show(self, *, by: StrPath | None = None, height_px: int = 720) -> Page:
         """The page of :meth:`report` as a widget of a notebook; needs ``anywidget``.
 
         Parameters
         ----------
+        by
+            As in :meth:`label`.
         height_px
             Height on the screen, pixels.
+
+        Raises
+        ------
+        InputError
+            If the labeller cannot be used, or there are no grasps.
         """
         from .widget import Page
 
-        return Page.of(self.report, height_px)
+        return Page.of(partial(self.report, by=by), height_px)
 
     def build(self, out: StrPath | None = None, **settings: Any) -> Landscape:
         """The landscape between these grasps.
@@ -861,6 +875,14 @@ def import_grasps(
     return grasps
 
 
+def _files(sets: Sequence[Grasps | StrPath], folder: Folder) -> list[Path]:
+    """Files of sets of grasps; those that are in memory only are written into a folder."""
+    return [
+        each._file(folder / f"set_{place}.parquet") if isinstance(each, Grasps) else existing(each)
+        for place, each in enumerate(sets, 1)
+    ]
+
+
 def join(*sets: Grasps | StrPath, out: StrPath | None = None, force: bool = False) -> Grasps:
     """Several sets of grasps as one, in their order: the same bytes as ``landscape join``.
 
@@ -885,9 +907,82 @@ def join(*sets: Grasps | StrPath, out: StrPath | None = None, force: bool = Fals
     """
     folder = Folder()
     target = folder / "joined.parquet" if out is None else Path(out)
-    paths = [
-        each._file(folder / f"set_{place}.parquet") if isinstance(each, Grasps) else existing(each)
-        for place, each in enumerate(sets, 1)
-    ]
+    paths = _files(sets, folder)
     command("join", *paths, *flags(force=force), "--quiet", "--output", target, progress=False)
     return Grasps(_native.Grasps.read(target, None, None), target, folder if out is None else None)
+
+
+@dataclass(frozen=True)
+class Labeller:
+    """A labeller that :func:`learn` taught. :meth:`Grasps.label` and :meth:`Grasps.report` take it, or its file, as ``by``."""
+
+    path: Path
+    """Its file."""
+    labels: dict[str, int]
+    """Number of labels of each type that it has seen."""
+    tested_on_left_out: str
+    """What was left out at a time to judge it: ``"objects"``, or ``"grasps"`` where there are fewer than three objects."""
+    judged: Table
+    """How often it is right about what was left out, a row each for category, cell and type: ``name``, ``labeller_share``,
+    ``rule_share``, ``commonest_share`` (the type that is the commonest), ``gain_share`` (labeller less rule), 95 % intervals
+    of shape (3, 2) (``gain_interval_share`` and so on), and ``calibration_error``. It is shown that the labeller is better
+    than the rule where the interval of the gain lies above 0."""
+    certainties: Table
+    """What ``likely``, ``open`` and ``a guess`` are worth: ``name``, ``certainty``, ``answers``, ``right_share``."""
+
+    def __fspath__(self) -> str:
+        return str(self.path)
+
+
+def _columns(rows: list[dict[str, Any]]) -> Table:
+    """Rows of a document as columns."""
+    names = rows[0] if rows else {}
+    columns = {name: [row[name] for row in rows] for name in names}
+    return Table({
+        name: values if isinstance(values[0], str) else np.array(values) for name, values in columns.items()
+    })
+
+
+def learn(
+    grasps: Grasps | StrPath | Sequence[Grasps | StrPath],
+    out: StrPath,
+    *,
+    labels: StrPath | None = None,
+    rule: StrPath | None = None,
+    force: bool = False,
+    progress: bool | None = None,
+) -> Labeller:
+    """Teaches a labeller by grasps that a person labelled: the same bytes as ``landscape label --learn``.
+
+    Parameters
+    ----------
+    grasps
+        Grasps with labels (column ``label``), or their file, or a list of these. It takes thirty labels; a hundred of ten
+        objects teach much more.
+    out
+        The file to write, usually with the ending ``.labeller``.
+    labels
+        A CSV file with your labels (columns ``id`` and ``label``), which override those of the grasps.
+    rule
+        A file with another rule than the standard one; :meth:`Grasps.label` then needs the same.
+    force
+        Whether to replace a file that landscape did not write.
+    progress
+        Whether to show a progress bar; by default if standard error is a terminal.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than thirty labels, all are the same, or a file is wrong.
+    FileNotFoundError
+        If there is no such file.
+    """
+    folder, target = Folder(), Path(out)
+    sets = [grasps] if isinstance(grasps, (Grasps, str, os.PathLike)) else grasps
+    paths = _files(sets, folder)
+    given = flags(from_=labels, rule=rule, force=force)
+    told = command("label", "--learn", *paths, *given, "--quiet", "--json", "--output", target, progress=progress)
+    found = json.loads(told)
+    return Labeller(
+        target, found["labels"], found["tested_on_left_out"], _columns(found["judged"]), _columns(found["certainties"])
+    )

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::features::Features;
 use super::label::{Label, UNLISTED, Verdict};
 use super::table::Taxonomy;
+use crate::limits::{LABELLER_DEVIATION, LABELLER_EXPONENT, LABELLER_NUMBER, Limit};
 
 /// Number of classes: the 33 types, then `unlisted`.
 pub(super) const CLASSES: usize = 34;
@@ -43,7 +44,7 @@ pub struct Example {
     pub group: String,
     /// What can be measured of it.
     pub features: Features,
-    /// The rule's probability of each class ([`rule_classes`]).
+    /// The rule's probability of each class: the 33 types by number, then `unlisted`.
     pub rule: Vec<f64>,
     /// The class that a person gave it: number of the type − 1, or [`UNLISTED_CLASS`].
     pub class: usize,
@@ -146,6 +147,10 @@ mod by_name {
 
     use super::{CLASSES, class_name};
 
+    #[expect(
+        clippy::trivially_copy_pass_by_ref,
+        reason = "serde passes fields by reference"
+    )]
     pub(super) fn serialize<S: Serializer>(class: &usize, to: S) -> Result<S::Ok, S::Error> {
         to.serialize_str(class_name(*class))
     }
@@ -324,7 +329,9 @@ fn weighed(scores: impl Iterator<Item = (usize, f64)>, rule: &[f64], choice: Cho
             * libm::pow(rule[class] + LEAST_RULE, choice.trust_in_rule);
     }
     let sum: f64 = probabilities.iter().sum();
-    probabilities.iter_mut().for_each(|p| *p /= sum);
+    for p in &mut probabilities {
+        *p /= sum;
+    }
     probabilities
 }
 
@@ -540,30 +547,185 @@ impl Regression {
         Ok(weighed(scores, rule, self.choice))
     }
 
-    /// Whether it could have been taught: every class has a coefficient for each feature, and all numbers are finite.
-    pub(super) fn is_whole(&self) -> bool {
-        let finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());
+    /// Refuses what cannot have been taught: every class has a coefficient for each feature, and no probability is NaN.
+    ///
+    /// # Errors
+    /// With what is wrong.
+    pub(super) fn check(&self) -> Result<(), String> {
+        let within = |limit: Limit, numbers: &[f64]| {
+            let found = numbers.iter().try_for_each(|number| limit.check(*number));
+            found.map_err(|beyond| beyond.to_string())
+        };
         let Choice {
             ridge,
             sharpness,
             trust_in_rule,
         } = self.choice;
-        let scales = self.features.iter();
-        !self.classes.is_empty()
-            && finite(&[ridge, sharpness, trust_in_rule])
-            && scales
-                .clone()
-                .all(|s| finite(&[s.mean, s.low, s.high]) && s.deviation > 0.0)
-            && self.classes.iter().all(|of| {
-                of.class < CLASSES
-                    && of.share.is_finite()
-                    && of.coefficients.len() == self.features.len()
-                    && finite(&of.coefficients)
-            })
+        within(LABELLER_NUMBER, &[ridge])?;
+        within(LABELLER_EXPONENT, &[sharpness, trust_in_rule])?;
+        for scale in &self.features {
+            within(LABELLER_NUMBER, &[scale.mean, scale.low, scale.high])?;
+            within(LABELLER_DEVIATION, &[scale.deviation])?;
+        }
+        if self.classes.is_empty() {
+            return Err("it has no classes".to_owned());
+        }
+        for of in &self.classes {
+            let (name, count) = (class_name(of.class), of.coefficients.len());
+            if count != self.features.len() {
+                return Err(format!(
+                    "`{name}` has {count} coefficients for {} features",
+                    self.features.len()
+                ));
+            }
+            within(LABELLER_NUMBER, &[of.share])?;
+            within(LABELLER_NUMBER, &of.coefficients)?;
+        }
+        Ok(())
     }
 }
 
 /// A millionth is enough, and the file is shorter.
 fn rounded(number: f64) -> f64 {
     (1e6 * number).round() / 1e6
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    /// Classes of the planted examples.
+    const PLANTED: [usize; 3] = [0, 13, UNLISTED_CLASS];
+
+    /// A number from −1 to 1 without a pattern.
+    fn noise(i: usize, k: usize) -> f64 {
+        let mut mixed = (1000 * i + k + 1) as u64;
+        mixed = mixed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        mixed = (mixed ^ (mixed >> 32)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        mixed ^= mixed >> 29;
+        (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    /// The name of a feature.
+    fn name(k: usize) -> String {
+        format!("feature {k:02}")
+    }
+
+    /// Examples of three classes, ten of each object, with twenty features. Two of these decide the class, or none does. The
+    /// rule says nothing.
+    pub(in crate::evaluation::taxonomy) fn planted(count: usize, decided: bool) -> Vec<Example> {
+        let example = |i: usize| {
+            let drawn = noise(i, 99);
+            let (place, size) = if decided {
+                (i % 3, 3.0)
+            } else {
+                (usize::from(drawn >= 0.0) + usize::from(drawn >= 0.6), 0.0)
+            };
+            let angle = TAU / 3.0 * place as f64;
+            let centre = [size * libm::cos(angle), size * libm::sin(angle)];
+            let value = |k: usize| centre.get(k).unwrap_or(&0.0) + noise(i, k);
+            Example {
+                group: format!("object {}", i / 10),
+                features: (0..20).map(|k| (name(k), value(k))).collect(),
+                rule: vec![1.0 / CLASSES as f64; CLASSES],
+                class: PLANTED[place],
+            }
+        };
+        (0..count).map(example).collect()
+    }
+
+    #[test]
+    fn what_features_decide_is_learned_and_noise_is_not() {
+        for decided in [true, false] {
+            let examples = planted(120, decided);
+            let left_out = leave_out(&examples);
+            assert!(left_out.by_groups);
+            let right = |named: &dyn Fn(usize) -> usize| {
+                let right = |i: &usize| named(*i) == examples[*i].class;
+                (0..examples.len()).filter(right).count()
+            };
+            let labeller = right(&|i| answer(&left_out.probabilities[i]));
+            let commonest = right(&|i| left_out.commonest[i]);
+            if decided {
+                assert!(labeller >= 114, "{labeller} of 120");
+            } else {
+                // As many as a standard deviation of 120 guesses is allowed.
+                assert!(labeller <= commonest + 5, "{labeller}, {commonest}");
+            }
+        }
+    }
+
+    #[test]
+    fn names_and_order_of_features_change_nothing() {
+        let examples = planted(60, true);
+        let turned = |example: &Example| Example {
+            features: (0..20)
+                .map(|k| (name(19 - k), example.features[&name(k)]))
+                .collect(),
+            ..example.clone()
+        };
+        let turned: Vec<Example> = examples.iter().map(turned).collect();
+        let [one, other] = [&examples, &turned].map(|examples| Regression::of(examples));
+        for (a, b) in examples.iter().zip(&turned) {
+            let told = |regression: &Regression, example: &Example| {
+                let told = regression.probabilities(&example.features, &example.rule);
+                told.unwrap()
+            };
+            for (p, q) in told(&one, a).iter().zip(told(&other, b)) {
+                // Sums in another order differ in their last bits, and coefficients are rounded.
+                assert!((p - q).abs() < 1e-4, "{p} {q}");
+            }
+        }
+    }
+
+    #[test]
+    fn features_of_few_examples_are_passed_over() {
+        let mut examples = planted(60, true);
+        for example in &mut examples[..31] {
+            example.features.remove(&name(5));
+        }
+        for example in &mut examples[..30] {
+            example.features.remove(&name(6));
+        }
+        let found = Regression::of(&examples).features;
+        let found: Vec<&str> = found.iter().map(|scale| scale.name.as_str()).collect();
+        assert_eq!(found.len(), 19);
+        assert!(!found.contains(&name(5).as_str()));
+    }
+
+    #[test]
+    fn a_grasp_unlike_all_that_was_seen_is_left_to_the_rule() {
+        let examples = planted(60, true);
+        let regression = Regression::of(&examples);
+        let seen = &examples[7];
+        let odd = |outside: usize, missing: usize| {
+            let mut features = seen.features.clone();
+            for value in features.values_mut().take(outside) {
+                *value += 20.0;
+            }
+            for k in 0..missing {
+                features.remove(&name(19 - k));
+            }
+            regression.probabilities(&features, &seen.rule)
+        };
+        let told = odd(0, 0).unwrap();
+        assert_eq!(answer(&told), seen.class);
+        assert!((told.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        // Of twenty features, one may lie outside, and two may be missing.
+        assert!(odd(1, 2).is_ok());
+        assert_eq!(odd(2, 0), Err(Unseen::Far));
+        assert_eq!(odd(0, 3), Err(Unseen::Missing));
+    }
+
+    #[test]
+    fn the_answer_is_in_the_most_probable_cell() {
+        // Large Diameter and Small Diameter share a cell, and Tripod is in another one.
+        let mut probabilities = vec![0.0; CLASSES];
+        (probabilities[0], probabilities[1], probabilities[13]) = (0.25, 0.35, 0.4);
+        assert_eq!(answer(&probabilities), 1);
+        probabilities[UNLISTED_CLASS] = 0.7;
+        assert_eq!(answer(&probabilities), UNLISTED_CLASS);
+    }
 }

@@ -99,6 +99,12 @@ pub struct Taught {
     regression: Regression,
 }
 
+/// What every format has.
+#[derive(Deserialize)]
+struct Head {
+    format: String,
+}
+
 /// Why nothing can be taught.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -161,19 +167,17 @@ impl Taught {
     /// # Errors
     /// If the text is not one.
     pub fn parse(text: &str) -> Result<Self, TaxonomyError> {
-        let refuse = |problem: String| TaxonomyError::Labeller(problem);
-        let read: Self = serde_json::from_str(text).map_err(|error| refuse(error.to_string()))?;
-        if read.format != FORMAT {
+        let refuse = TaxonomyError::Labeller;
+        let unread = |error: serde_json::Error| refuse(error.to_string());
+        // First, because another format may have other fields.
+        let Head { format } = serde_json::from_str(text).map_err(unread)?;
+        if format != FORMAT {
             return Err(refuse(format!(
-                "its format is `{}`, but `{FORMAT}` is needed",
-                read.format
+                "its format is `{format}`, but `{FORMAT}` is needed"
             )));
         }
-        if !read.regression.is_whole() {
-            return Err(refuse(
-                "its coefficients are incomplete or not finite".to_owned(),
-            ));
-        }
+        let read: Self = serde_json::from_str(text).map_err(unread)?;
+        read.regression.check().map_err(refuse)?;
         Ok(read)
     }
 
@@ -353,4 +357,152 @@ fn certainties(answers: &Answers) -> Vec<OfCertainty> {
         }
     }
     certainties
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+    use crate::evaluation::taxonomy::learned::tests::planted;
+
+    fn taught() -> Taught {
+        let with = TaughtWith {
+            file: "grasps.parquet".to_owned(),
+            content_hash: "c0de".to_owned(),
+            labels: 60,
+            hands: vec!["human".to_owned()],
+            objects: Vec::new(),
+        };
+        Taught::of(&planted(60, true), vec![with], "a rule").unwrap()
+    }
+
+    #[test]
+    fn a_labeller_is_judged_on_objects_that_it_has_not_seen() {
+        let taught = taught();
+        assert_eq!(taught.tested_on_left_out, "objects");
+        let labels = [("Large Diameter", 20), ("Tripod", 20), ("unlisted", 20)];
+        let labels = labels.map(|(name, count)| (name.to_owned(), count));
+        assert_eq!(taught.labels, BTreeMap::from(labels));
+        let names: Vec<&str> = taught.judged.iter().map(|own| own.name.as_str()).collect();
+        assert_eq!(names, RESPECTS);
+        for judged in &taught.judged {
+            assert!(judged.labeller_share >= 0.95, "{judged:?}");
+            assert!(judged.gain_interval_share[0] > 0.3, "{judged:?}");
+            let own = (taught.certainties.iter()).filter(|own| own.name == judged.name);
+            assert_eq!(own.map(|own| own.answers).sum::<usize>(), 60);
+        }
+        // Of noise it is not shown that the labeller is better.
+        let taught = Taught::of(&planted(120, false), Vec::new(), "a rule").unwrap();
+        for judged in &taught.judged {
+            assert!(judged.gain_interval_share[0] <= 0.0, "{judged:?}");
+        }
+    }
+
+    #[test]
+    fn single_grasps_are_left_out_where_there_are_fewer_than_three_objects() {
+        let mut examples = planted(40, true);
+        for (i, example) in examples.iter_mut().enumerate() {
+            example.group = format!("object {}", i % 2);
+        }
+        let taught = Taught::of(&examples, Vec::new(), "a rule").unwrap();
+        assert_eq!(taught.tested_on_left_out, "grasps");
+    }
+
+    #[test]
+    fn too_little_to_learn_from_is_refused() {
+        let refused = |examples: &[Example]| Taught::of(examples, Vec::new(), "").unwrap_err();
+        let mut examples = planted(LEAST_LABELS, true);
+        assert_eq!(refused(&examples[1..]), TeachError::TooFew(29));
+        assert!(Taught::of(&examples, Vec::new(), "").is_ok());
+        for example in &mut examples {
+            example.class = 13;
+        }
+        assert_eq!(refused(&examples), TeachError::OneClass("Tripod"));
+    }
+
+    #[test]
+    fn files_are_read_as_they_were_written() {
+        let taught = taught();
+        let text = taught.text();
+        let read = Taught::parse(&text).unwrap();
+        assert_eq!(read, taught);
+        assert_eq!(read.text(), text);
+        let coefficients = |line: &&str| line.contains("\"coefficients\": [");
+        let line = text.lines().find(coefficients).unwrap();
+        assert!(line.matches(',').count() >= 19, "in one line: {line}");
+    }
+
+    #[test]
+    fn broken_files_are_refused() {
+        let refused = |text: &str| {
+            let said = Taught::parse(text).unwrap_err().to_string();
+            let start = "this is not a labeller that `landscape label --learn` wrote: ";
+            said.strip_prefix(start).expect(&said).to_owned()
+        };
+        let text = taught().text();
+        for (text, words) in [
+            ("", "EOF"),
+            ("{}", "missing field `format`"),
+            (&text[..text.len() / 2], "EOF"),
+            (
+                &text.replace("\"ridge\":", "\"ridge\":NaN,\"a\":"),
+                "expected",
+            ),
+            (
+                &text.replace("labeller 1", "labeller 2"),
+                "`landscape labeller 2`",
+            ),
+        ] {
+            let said = refused(text);
+            assert!(said.contains(words), "{words}: {said}");
+        }
+        let edits: [(&[&str], Value, &str); 8] = [
+            (&["more"], json!(1), "unknown field `more`"),
+            (&["regression", "classes"], json!([]), "it has no classes"),
+            (
+                &["regression", "classes", "0", "name"],
+                json!("Grab"),
+                "no grasp type is called `Grab`",
+            ),
+            (
+                &["regression", "classes", "0", "coefficients"],
+                json!([0.5]),
+                "`Large Diameter` has 1 coefficients for 20 features",
+            ),
+            (
+                &["regression", "classes", "1", "coefficients", "3"],
+                json!(1e155),
+                "1e155 is not from -1e9 to 1e9",
+            ),
+            (
+                &["regression", "classes", "1", "share"],
+                Value::Null,
+                "null",
+            ),
+            (
+                &["regression", "choice", "sharpness"],
+                json!(40.0),
+                "40 is not from 0 to 10",
+            ),
+            (
+                &["regression", "features", "3", "deviation"],
+                json!(0.0),
+                "0 is not from 0.001 to 1e9",
+            ),
+        ];
+        for (path, value, words) in edits {
+            let mut edited: Value = serde_json::from_str(&text).unwrap();
+            let mut place = &mut edited;
+            for part in path {
+                place = match part.parse::<usize>() {
+                    Ok(row) => &mut place[row],
+                    Err(_) => &mut place[*part],
+                };
+            }
+            *place = value;
+            let said = refused(&edited.to_string());
+            assert!(said.contains(words), "{words}: {said}");
+        }
+    }
 }

@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 
 use bytes::Bytes;
 use landscape::evaluation::stability::Protocol;
-use landscape::evaluation::taxonomy::Rule;
+use landscape::evaluation::taxonomy::{Rule, Taught};
 use landscape::formats::toml_text;
 use landscape::grasp::EnergySettings;
 use landscape::grasp::synthesis::SynthesisSettings;
@@ -31,8 +31,8 @@ use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use samples::{
     DAE, EXCHANGE, GLTF, INPUT_HASH, MAPPING, MJCF, OBJ, OWN_KEY, PLY, POINTS, PROTOCOL, ROWS,
-    SHAPES, SIDE, STL, TABLE, URDF, binary_ply, binary_stl, bytes, checkpoint, described, gltf,
-    joints, journal, landscape, landscape_folder, msh, npz, parquet, pickles, text,
+    SHAPES, SIDE, STL, TABLE, URDF, binary_ply, binary_stl, bytes, checkpoint, described, example,
+    gltf, joints, journal, labeller, landscape, landscape_folder, msh, npz, parquet, pickles, text,
 };
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -163,6 +163,7 @@ pub(crate) fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
             vec![bytes("data/taxonomy/rule.toml")],
             |bytes, _| told(Rule::parse(&String::from_utf8_lossy(bytes))),
         ),
+        ("labeller", vec![labeller()], taught),
         (
             "manifest",
             vec![landscape("landscape.json")],
@@ -280,6 +281,19 @@ fn published(kind: &str, bytes: &[u8], folder: &Path) -> Result<(), String> {
 
 pub(crate) fn settings<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
     toml_text::parse(&String::from_utf8_lossy(bytes)).map_err(|error| error.to_string())
+}
+
+/// A labeller that is read, names a grasp, and is written as it was read.
+fn taught(bytes: &[u8], _: &Path) -> Result<(), String> {
+    let read = Taught::parse(&String::from_utf8_lossy(bytes)).map_err(|error| error.to_string())?;
+    let again = Taught::parse(&read.text());
+    assert!(again.is_ok_and(|again| again == read), "it changes");
+    let one = example(0);
+    let probabilities = read.probabilities(&one.features, &one.rule);
+    let probabilities = probabilities.map_err(|error| error.to_string())?;
+    let sum: f64 = probabilities.iter().sum();
+    assert!((sum - 1.0).abs() < 1e-9, "{sum}");
+    Ok(())
 }
 
 fn mapping(bytes: &[u8], folder: &Path) -> Result<(), String> {

@@ -9,6 +9,7 @@ use super::pickled;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use bytes::Bytes;
+use landscape::evaluation::taxonomy::{Example, Taught, UNLISTED_CLASS};
 use landscape::grasp::Grasp;
 use landscape::space::Pose;
 use landscape::store::exchange::{QposRow, dexgraspnet_npy, qpos_npy};
@@ -331,6 +332,27 @@ pub(crate) fn journal() -> Vec<u8> {
     }
     drop(journal);
     fs::read(path).unwrap()
+}
+
+/// A grasp that a person named, with two features.
+pub(crate) fn example(i: usize) -> Example {
+    let class = i % 2;
+    let features = [("fact thumb", class as f64), ("width", 0.1 * i as f64)];
+    Example {
+        group: format!("object {}", i / 10),
+        features: features
+            .map(|(name, value)| (name.to_owned(), value))
+            .into(),
+        rule: vec![0.03; UNLISTED_CLASS + 1],
+        class,
+    }
+}
+
+/// A labeller that was taught with thirty grasps.
+pub(crate) fn labeller() -> Vec<u8> {
+    let examples: Vec<Example> = (0..30).map(example).collect();
+    let taught = Taught::of(&examples, Vec::new(), "0").unwrap();
+    taught.text().into_bytes()
 }
 
 pub(crate) fn text(text: &str) -> Vec<u8> {
