@@ -286,12 +286,18 @@ fn certainty(label: &Label) -> Value {
 fn value(file: &GraspFile, labels: &BTreeMap<u64, Label>, output: &Path) -> Value {
     let verdicts = labels.values().map(|label| match label.verdict {
         Verdict::Listed(_) => "one_type",
-        Verdict::Ambiguous(_) => "cell",
-        Verdict::Broad(_) => "category",
+        Verdict::Ambiguous(_) => "one_cell",
+        Verdict::Broad(_) => "one_category",
         Verdict::Unlisted => "unlisted",
         Verdict::NotApplicable(_) => "not_applicable",
     });
-    let kinds = ["one_type", "cell", "category", "unlisted", "not_applicable"];
+    let kinds = [
+        "one_type",
+        "one_cell",
+        "one_category",
+        "unlisted",
+        "not_applicable",
+    ];
     let mut counted: BTreeMap<String, usize> = kinds.map(|kind| (kind.to_owned(), 0)).into();
     counted.extend(tally(verdicts));
     let why = labels.values().filter_map(|label| match label.verdict {

@@ -12,7 +12,7 @@ const UNLESS_ZERO: [&str; 3] = ["agreeing", "disagreeing", "left_out"];
 const FIRST: &str = "id name measure term link kind part hand object scale format lowest_way_found what_it_is strict_filter \
                      before after height energy start top end human rule agrees mean least 10_% median 90_% greatest size_m \
                      mass_kg mass_given folder limits rest chains grasps found read kept stable reasons \
-                     verdicts judged labels categories one_type cell category certainty answers \
+                     verdicts judged labels categories one_type one_cell one_category category cell type certainty answers \
                      labeller_share labeller_interval_share rule_share rule_interval_share commonest_share gain_share \
                      gain_interval_share";
 /// Entries that stand last, in this order.
@@ -31,8 +31,6 @@ const NAMES: [(&str, &str); 39] = [
     ("agreeing", "agreeing with a human"),
     ("best", "most probable types"),
     ("bytes", "size_bytes"),
-    ("category", "of one category"),
-    ("cell", "of one cell"),
     ("cut_m", "pieces fall short by_m"),
     ("deepest_m", "depth_m"),
     ("deviation", "usual deviation"),
@@ -50,6 +48,8 @@ const NAMES: [(&str, &str); 39] = [
     ("length", "arms divided by"),
     ("low_m", "lowest corner_m"),
     ("most_bytes", "greatest size_bytes"),
+    ("one_category", "of one category"),
+    ("one_cell", "of one cell"),
     ("one_concavity", "contacts in one hollow"),
     ("one_type", "of one type"),
     ("overlapping", "pieces overlap"),
