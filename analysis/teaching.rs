@@ -5,7 +5,7 @@
 //! left out, and of the grasps of the others the labels are asked in two orders, ten at a time: what the labeller is least
 //! sure of, and at random. Nothing that is taught here is part of the project.
 
-#[allow(
+#[expect(
     dead_code,
     reason = "it does not matter here whether a label agrees with contact"
 )]

@@ -538,7 +538,7 @@ fn labellers_that_cannot_be_taught_or_used_are_refused() {
     desk.write("torn.labeller", &text[..text.len() / 2]);
     refused(
         "label few.parquet --by torn.labeller",
-        &["torn.labeller", "not a labeller", "EOF"],
+        &["torn.labeller", "not a labeller", "at line"],
     );
     refused("report few.parquet --by few.parquet", &["few.parquet"]);
     refused(

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use rapier3d_f64::geometry::SharedShape;
-use rapier3d_f64::math::Pose;
+use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::parry::mass_properties::MassProperties;
 use rapier3d_f64::parry::shape::TriMeshFlags;
 use rapier3d_f64::parry::transformation::try_convex_hull;
@@ -207,11 +207,7 @@ fn surface(mesh: &Mesh, vertices: Vec<rapier3d_f64::math::Vector>) -> SharedShap
 }
 
 /// The hull of a mesh if it is convex, otherwise its convex pieces; and how well they fit.
-fn cut(
-    mesh: &Mesh,
-    vertices: &[rapier3d_f64::math::Vector],
-    cutting: &dyn Fn(),
-) -> (Vec<Piece>, Fit) {
+fn cut(mesh: &Mesh, vertices: &[Vector], cutting: &dyn Fn()) -> (Vec<Piece>, Fit) {
     let whole: Vec<Piece> = hull(vertices).into_iter().collect();
     let one = shapes(&whole);
     let one_fit = fit(mesh, &whole, &one);
@@ -315,7 +311,7 @@ fn decode(content: &[u8]) -> Option<(Vec<Piece>, Fit)> {
 }
 
 /// Cuts a mesh into convex pieces in a grid with this number of cells along its longest side.
-fn decomposed(mesh: &Mesh, vertices: &[rapier3d_f64::math::Vector], resolution: u32) -> Vec<Piece> {
+fn decomposed(mesh: &Mesh, vertices: &[Vector], resolution: u32) -> Vec<Piece> {
     let settings = VHACDParameters {
         resolution,
         concavity: CONCAVITY,
@@ -342,21 +338,30 @@ fn decomposed(mesh: &Mesh, vertices: &[rapier3d_f64::math::Vector], resolution: 
 
 /// The hull of points. Hulls of nearly coplanar points are sometimes not closed, and the engine refuses them: then the points
 /// are rounded, more and more, until it takes one. `None` for points of a plane.
-fn hull(points: &[rapier3d_f64::math::Vector]) -> Option<Piece> {
-    let rounded = |grid_m: f64| {
-        let round = |point: &rapier3d_f64::math::Vector| (*point / grid_m).round() * grid_m;
-        hull_as_is(&points.iter().map(round).collect::<Vec<_>>())
+fn hull(points: &[Vector]) -> Option<Piece> {
+    let is_taken = |vertices: &[Vector], triangles: &[[u32; 3]]| {
+        SharedShape::convex_mesh(vertices.to_vec(), triangles).is_some()
     };
-    hull_as_is(points).or_else(|| ROUNDINGS_M.into_iter().find_map(rounded))
+    taken_hull(points, is_taken)
 }
 
-fn hull_as_is(points: &[rapier3d_f64::math::Vector]) -> Option<Piece> {
-    let (vertices, triangles) = try_convex_hull(points).ok()?;
-    SharedShape::convex_mesh(vertices.clone(), &triangles)?;
-    Some(Piece {
-        vertices: vertices.into_iter().map(from_vector).collect(),
-        triangles,
-    })
+/// The first hull of the points as they are, or rounded, that is taken.
+fn taken_hull(
+    points: &[Vector],
+    is_taken: impl Fn(&[Vector], &[[u32; 3]]) -> bool,
+) -> Option<Piece> {
+    let of = |points: &[Vector]| {
+        let (vertices, triangles) = try_convex_hull(points).ok()?;
+        is_taken(&vertices, &triangles).then(|| Piece {
+            vertices: vertices.into_iter().map(from_vector).collect(),
+            triangles,
+        })
+    };
+    let rounded = |grid_m: f64| {
+        let round = |point: &Vector| (*point / grid_m).round() * grid_m;
+        of(&points.iter().map(round).collect::<Vec<_>>())
+    };
+    of(points).or_else(|| ROUNDINGS_M.into_iter().find_map(rounded))
 }
 
 fn shapes(pieces: &[Piece]) -> Vec<(Pose, SharedShape)> {
@@ -434,23 +439,40 @@ mod tests {
         Object::parts_of_file(&path, None).unwrap().mesh
     }
 
-    /// Points that lie on the faces of a box but for rounding, as cuts of flat surfaces have them.
     #[test]
-    fn nearly_coplanar_points_have_a_hull_that_the_engine_takes() {
-        let mut refused = 0;
-        for seed in 0..400 {
-            let mut rng = stream(seed, Task::Permutation, 0);
-            let mut points: Vec<rapier3d_f64::math::Vector> = Vec::new();
-            for _ in 0..60 {
-                let mut point = [0.0_f64; 3].map(|_| rng.random_range(-0.02..0.02));
-                let noise = 1e-9 * libm::pow(10.0, rng.random_range(0.0..3.0));
-                point[rng.random_range(0..3)] = 0.02 + rng.random_range(-noise..noise);
-                points.push(vector(&Vector3::from(point)));
-            }
-            refused += usize::from(hull_as_is(&points).is_none());
-            assert!(hull(&points).is_some(), "seed {seed}");
+    fn a_hull_that_is_refused_is_made_of_rounded_points() {
+        let mut rng = stream(7, Task::Permutation, 0);
+        let mut coordinate = || rng.random_range(-0.02..0.02);
+        let points: Vec<Vector> = (0..60)
+            .map(|_| vector(&Vector3::from([(); 3].map(|()| coordinate()))))
+            .collect();
+        let refusals = Cell::new(0);
+        let after = |count: usize| {
+            refusals.set(0);
+            taken_hull(&points, |_, _| {
+                refusals.set(refusals.get() + 1);
+                refusals.get() > count
+            })
+        };
+        let plain = after(0).unwrap();
+        assert_eq!(Some(&plain), hull(&points).as_ref());
+        for (count, grid_m) in ROUNDINGS_M.into_iter().enumerate() {
+            let rounded = after(count + 1).unwrap();
+            let units = rounded.vertices.iter().flatten().map(|x| x / grid_m);
+            assert!(
+                units
+                    .into_iter()
+                    .all(|units| (units - units.round()).abs() < 1e-6)
+            );
+            let far = rounded.vertices.iter().map(|vertex| {
+                let known = points
+                    .iter()
+                    .map(|point| (from_vector(*point) - vertex).norm());
+                known.fold(f64::INFINITY, f64::min)
+            });
+            assert!(far.into_iter().all(|far| far <= grid_m));
         }
-        assert!(refused > 0, "no hull was refused, so this tests nothing");
+        assert_eq!(after(ROUNDINGS_M.len() + 1), None);
     }
 
     #[test]

@@ -444,7 +444,7 @@ mod tests {
         for (text, words) in [
             ("", "EOF"),
             ("{}", "missing field `format`"),
-            (&text[..text.len() / 2], "EOF"),
+            (&text[..text.len() / 2], "at line"),
             (
                 &text.replace("\"ridge\":", "\"ridge\":NaN,\"a\":"),
                 "expected",
