@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from lines import ONE
 
 import landscape as ls
 
@@ -30,6 +31,7 @@ def test_labels_give_the_bytes_of_the_command_line(made, line):
     assert (folder / "labelled.python.parquet").read_bytes() == (folder / "labelled.line.parquet").read_bytes()
 
 
+@ONE
 def test_build_gives_the_bytes_of_the_command_line(made, line):
     folder, _ = made
     found = ls.Grasps.read(folder / "line.parquet").build(folder / "python.landscape", first=6, neighbours=1)

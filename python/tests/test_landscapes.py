@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lines import ONE
 
 import landscape as ls
 
@@ -196,7 +197,7 @@ def test_diversity_of_two_sets(grasps, tmp_path):
         ls.diversity(grasps, grasps)
 
 
-def test_files_of_grasps_are_joined(grasps, tmp_path, line):
+def test_files_of_grasps_are_joined(tmp_path):
     shipped = ls.Grasps.read(Path(__file__).parents[2] / "data/grasps.parquet")
     both = ls.join(shipped[:3], shipped[3:5], out=tmp_path / "both.parquet")
     assert list(both.id) == [0, 1, 2, 3, 4]
@@ -207,6 +208,7 @@ def test_files_of_grasps_are_joined(grasps, tmp_path, line):
         ls.join(shipped)
 
 
+@ONE
 def test_a_landscape_grows(grasps, mapped, tmp_path, line):
     grown = grasps.build(tmp_path / "grown.landscape", onto=mapped)
     held = grown.grasps
