@@ -104,8 +104,11 @@ fn pressing(
 /// Scales the arms to order one; the balance does not depend on it.
 const TORQUE_UNIT_M: f64 = 0.05;
 
-/// Adds `hand` as a chain of bodies on a fixed root. Joint coordinates are relative to the grasp; their targets are
+/// Adds `hand` as chains of bodies on a fixed root. Joint coordinates are relative to the grasp; their targets are
 /// `closing`, radians or metres.
+///
+/// Each chain that begins at the root is a multibody of its own, because the root does not move: the engine's work grows
+/// with the square and the cube of the joints of a multibody.
 pub(super) fn add_hand(
     world: &mut World,
     hand: &Hand,
@@ -114,7 +117,7 @@ pub(super) fn add_hand(
     closing: &[f64],
     squeeze: &Squeeze,
 ) {
-    let mut last_joint = None;
+    let mut joints = Vec::new();
     let mut bodies: Vec<RigidBodyHandle> = Vec::with_capacity(hand.links.len());
     for (l, link) in hand.links.iter().enumerate() {
         let placed = frame(&posed.object_from_link[l]);
@@ -131,9 +134,16 @@ pub(super) fn add_hand(
                     .can_sleep(false)
                     .additional_mass_properties(least);
                 let handle = world.physics.insert_body(body);
-                let parent = bodies[parent.0];
-                let parent_pose = *world.physics.bodies[parent].position();
-                last_joint = Some(join(
+                let of_parent = &world.physics.bodies[bodies[parent.0]];
+                let (parent_pose, at_root) = (*of_parent.position(), of_parent.is_fixed());
+                // Chains that share a body would be one multibody.
+                let parent = if at_root {
+                    let root = RigidBodyBuilder::fixed().pose(parent_pose);
+                    world.physics.insert_body(root)
+                } else {
+                    bodies[parent.0]
+                };
+                joints.push(join(
                     world,
                     [parent, handle],
                     parent_pose.inv_mul(&placed),
@@ -168,11 +178,12 @@ pub(super) fn add_hand(
         let collider = world.collider(&part).density(0.0);
         fix(world, link, collider);
     }
-    // All joints belong to one tree, which any of them gives. Its only damping is that of the motors.
-    let tree = last_joint.and_then(|joint| world.physics.multibody_joints.get_mut(joint));
-    if let Some((multibody, _)) = tree {
-        multibody.damping_mut().fill(0.0);
-        multibody.armature_mut().fill(Squeeze::ARMATURE_KG_M2);
+    // The only damping is that of the motors.
+    for joint in joints {
+        if let Some((multibody, _)) = world.physics.multibody_joints.get_mut(joint) {
+            multibody.damping_mut().fill(0.0);
+            multibody.armature_mut().fill(Squeeze::ARMATURE_KG_M2);
+        }
     }
 }
 
