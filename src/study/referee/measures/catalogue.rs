@@ -160,6 +160,7 @@ impl Measure {
         reason = "one paragraph a measure, in the order of the list"
     )]
     fn entry(self) -> Entry {
+        use Better::{Less, More, Neither};
         let entry = |name, title, unit, of_held, better, source| Entry {
             name,
             title,
@@ -168,7 +169,6 @@ impl Measure {
             better,
             source,
         };
-        use Better::{Less, More, Neither};
         match self {
             Self::Epsilon => entry(
                 "epsilon",
