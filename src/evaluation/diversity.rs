@@ -149,7 +149,7 @@ fn row(x: &Pose, centroid: &Vector3<f64>) -> Vec<f64> {
 }
 
 /// Shannon entropy, nats, of values over equal bins of a range; what lies outside falls into the outermost bins.
-fn entropy(values: impl Iterator<Item = f64>, (low, high): (f64, f64)) -> f64 {
+pub(crate) fn entropy(values: impl Iterator<Item = f64>, (low, high): (f64, f64)) -> f64 {
     let mut counts = [0usize; BINS];
     let mut total = 0usize;
     for value in values {
@@ -174,7 +174,7 @@ fn entropy(values: impl Iterator<Item = f64>, (low, high): (f64, f64)) -> f64 {
 }
 
 /// Cumulative shares of the first principal components of `rows`; 1 throughout where nothing varies.
-fn explained_variance(rows: &[Vec<f64>]) -> [f64; COMPONENTS] {
+pub(crate) fn explained_variance(rows: &[Vec<f64>]) -> [f64; COMPONENTS] {
     let (count, width) = (rows.len(), rows[0].len());
     let mut data = DMatrix::from_fn(count, width, |i, k| rows[i][k]);
     for mut column in data.column_iter_mut() {

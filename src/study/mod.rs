@@ -29,6 +29,7 @@
 //! | two landscapes | the types that each of them holds | [`compare_types`] |
 //! | files of grasps of many objects | what all of them cover, share and lack | [`Survey::new`] with [`SurveyedPopulation`]s |
 //! | files of grasps, landscapes | which of them is more diverse | [`compare_diversity`] with [`DiversitySet`]s |
+//! | the grasps of a file | the measures of publications | [`referee::measures::measure`] of a [`MeasuredSet`](referee::measures::MeasuredSet) |
 //!
 //! Long calls work in parallel on the threads of rayon's current pool and take a [`Run`]: the journal of finished tasks, and
 //! who is told of progress. [`store`](crate::store) reads and writes the files. Nothing here reads arguments or prints.
@@ -116,6 +117,7 @@ mod names;
 mod network_of_states;
 mod page;
 mod path_picture;
+pub mod referee;
 mod report;
 mod searched;
 mod settings;
