@@ -347,14 +347,14 @@ fn dexonomy(file: &GraspFile, grasps: &[&GraspRow]) -> anyhow::Result<Vec<Export
         let hand = population.hand()?;
         check_rigid(&hand)?;
         let approaches = approaches_of(file, &population, &hand, &rows)?;
-        files.extend(
-            rows.iter()
-                .zip(approaches)
-                .map(|(row, approach)| ExportedFile {
-                    name: format!("{:0digits$}.npy", row.id),
-                    bytes: dexonomy_npy(&hand, row, &approach.before, &approach.squeezed),
-                }),
-        );
+        files.extend(rows.iter().zip(approaches).map(|(row, approach)| {
+            // Those that the makers of the grasp stored, if they did.
+            let squeezed = row.squeeze_joints.as_ref().unwrap_or(&approach.squeezed);
+            ExportedFile {
+                name: format!("{:0digits$}.npy", row.id),
+                bytes: dexonomy_npy(&hand, row, &approach.before, squeezed),
+            }
+        }));
     }
     Ok(files)
 }

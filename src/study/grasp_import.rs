@@ -390,6 +390,7 @@ fn fill(
             pose: row.published.pose.clone(),
             contacts: row.published.contacts.clone().unwrap_or_default(),
         },
+        squeeze_joints: row.published.squeeze_joints.clone(),
         label: row.published.label.clone(),
         source: row.source.clone(),
         ..GraspRow::default()

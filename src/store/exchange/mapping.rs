@@ -438,6 +438,7 @@ impl Layout<'_> {
             object: text(row, mapping.object.as_deref().unwrap_or("object")),
             label: text(row, mapping.label.as_deref().unwrap_or("label")),
             contacts: contacts(row, mapping.contacts.as_deref().unwrap_or("contacts"))?,
+            ..Published::default()
         })
     }
 

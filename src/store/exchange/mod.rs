@@ -42,12 +42,14 @@ use crate::space::Pose;
 const LARGEST: u64 = 1 << 30;
 
 /// A grasp of another program, with its joints in the order of the requested hand.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Published {
     /// Its id, if the file has one.
     pub id: Option<u64>,
     /// Its pose, with the joints in the order of the hand.
     pub pose: Pose,
+    /// Joint coordinates to which the hand closes to press, in the order of the hand.
+    pub squeeze_joints: Option<Vec<f64>>,
     /// Scale factor of the object's mesh; `None` if the file has none.
     pub scale: Option<f64>,
     /// Name of the object in the file.
