@@ -115,6 +115,40 @@ fn poses_of_bodex_are_those_of_the_outermost_body() {
     }
 }
 
+/// A pose of a link of a finger, planted by the forward kinematics, becomes that of the root.
+#[test]
+fn a_mapping_names_the_link_of_the_poses() {
+    let desk = Desk::empty();
+    desk.write("hand.xml", hand_with_palm("0.01 0 0.034", "0.8 0 0.6 0"));
+    let hand = Hand::from_files(&HandFiles::load(&desk.path("hand.xml")).unwrap()).unwrap();
+    let mut posed = PosedHand::default();
+    hand.pose(&QPOS, &mut posed);
+    let finger = posed.object_from_link[hand.link("finger").unwrap().0];
+    let turn = UnitQuaternion::from_matrix(&finger.rotation);
+    let planted = [
+        finger.translation.as_slice(),
+        &[turn.i, turn.j, turn.k, turn.w, QPOS[7]],
+    ]
+    .concat();
+    let file = npy_of(&Value::Dictionary(&[
+        ("grasp_qpos", Value::Array(&[8], &planted)),
+        ("joint_names", Value::Texts(&["jaw"])),
+    ]));
+    desk.write("a.npy", file);
+    let import = "import a.npy --hand hand.xml --object ball --mapping m.toml -q";
+    desk.write("m.toml", "link = \"finger\"\nrotation_form = \"xyzw\"");
+    desk.said(&format!("{import} -o a.parquet"));
+    let pose = &desk.grasps("a.parquet").grasps[0].grasp.pose;
+    let dot: f64 = (3..7).map(|k| pose[k] * QPOS[k]).sum();
+    assert_near(pose.translation_m(), &QPOS[..3]);
+    assert!((dot.abs() - 1.0).abs() < 1e-12, "{pose:?}");
+    desk.write("m.toml", "link = \"thum\"");
+    assert_says(
+        &desk.mistake(&format!("{import} -o b.parquet")),
+        &["link `thum`", "it has world, palm, thumb, finger"],
+    );
+}
+
 #[test]
 fn nested_scenes_are_read_as_flat_files() {
     let joints = ["jaw".to_owned()];
