@@ -505,9 +505,12 @@ impl<'a> Machine<'a> {
     /// Numbers beside the pickle: `("storage", type, key, device, length)`.
     fn storage(&mut self) -> Result<(), String> {
         let told = self.pop()?;
-        let told = self.items(told)?;
         let wrong = "it refers to something other than a storage of torch";
-        let [_, kind, key, ..] = told[..] else {
+        let parts = match self.heap.node(told) {
+            Node::List(parts) => parts.as_slice(),
+            _ => &[],
+        };
+        let &[_, kind, key, ..] = parts else {
             return Err(wrong.to_owned());
         };
         let Node::Word(Word::Storage(kind)) = *self.heap.node(kind) else {

@@ -17,9 +17,9 @@ pub(crate) enum Yaml {
         text: String,
         quoted: bool,
     },
-    List(Vec<Yaml>),
+    List(Vec<Self>),
     /// Entries in the order of the file; each name is there once.
-    Map(Vec<(String, Yaml)>),
+    Map(Vec<(String, Self)>),
 }
 
 impl Yaml {

@@ -82,7 +82,7 @@ fn mistakes_are_one_sentence() {
         import nowhere {with} | nowhere | no such file or folder
         import empty {with} | empty: contains neither .npy files | min.data
         import data {with} | grasps lie deeper | data/mug/small
-        import a.npz {with} | a.npz | numpy.savez | is not read | .npy, .csv, .json or .parquet
+        import a.npz {with} | a.npz | numpy.savez | is not read | .csv, .json or .parquet
         import a.npz | a.npz | numpy.savez | is not read
         import i.yaml {with} | i.yaml | `grasps` is not a map
         import o.yaml {with} | o.yaml | `format` is not isaac_grasp | .csv

@@ -54,6 +54,7 @@ fn hands_without_joints_and_energies_without_terms() {
     written.metadata.terms.clear();
     for grasp in &mut written.grasps {
         grasp.grasp.pose = with_joints(&grasp.grasp.pose, &[]);
+        grasp.squeeze_joints = None;
         grasp.terms.clear();
     }
     written.write(&path).unwrap();
@@ -74,6 +75,7 @@ fn a_mixed_file_holds_several_landscapes() {
     mixed.grasps[1].scale = 0.5;
     mixed.grasps[3].scale = 0.5;
     mixed.grasps[4].hand = "a stick".into();
+    mixed.grasps[4].squeeze_joints = None;
     let last = &mut mixed.grasps[4].grasp.pose;
     *last = with_joints(last, &[]);
     mixed.write(&path).unwrap();

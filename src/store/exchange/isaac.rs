@@ -135,7 +135,7 @@ pub(super) fn read(text: &str, hand: &HandJoints, mapping: &Mapping) -> Result<R
             super::unread::INSTEAD
         ));
     }
-    if let Some(version) = top("format_version").filter(|version| !version.starts_with("1")) {
+    if let Some(version) = top("format_version").filter(|version| !version.starts_with('1')) {
         return Err(format!(
             "its `format_version` is {version}, but 1.0 is read"
         ));
