@@ -117,6 +117,10 @@ fn the_joints_of_shadows_hand_are_named() {
         (joints[0], joints[16], joints[22], joints[23]),
         (5.0, 14.0, 1.0, 0.0)
     );
+    // As long as the 24 joints of DRO-Grasp's.
+    let short = Tensors::Metadata(&[(&q[..30], "apple", "shadowhand")]);
+    let wrong = read_as(&short, &names[..21], &Mapping::default()).unwrap_err();
+    assert!(wrong.contains("24 joints of `shadowhand`"), "{wrong}");
     // A joint that follows another is left out.
     let followed = HandJoints {
         names: names

@@ -231,6 +231,18 @@ fn of_metadata(
     let names: Vec<&str> = match (&mapping.joint_names, known) {
         (Some(given), _) => texts(given),
         (None, Some((_, order))) if length == 9 + order.len() => order.to_vec(),
+        // With 21 joints, the 30 numbers of a Shadow hand of DRO-Grasp would be those of another hand of MultiDex.
+        (None, Some((_, order)))
+            if length == 6 + order.len() && order.len() != hand.names.len() =>
+        {
+            return Err(format!(
+                "its q has {} for the {} joints of `{robot}`, but the hand has {}: give --mapping with `joint_names` for all \
+                 joints of the file",
+                counted(length, "number"),
+                order.len(),
+                hand.names.len()
+            ));
+        }
         _ => texts(&hand.names),
     };
     let unnamed = mapping.joint_names.is_none() && names == texts(&hand.names);
