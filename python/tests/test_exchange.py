@@ -54,6 +54,26 @@ def test_a_table_of_another_form_needs_a_mapping(hand, bottle, grasps, tmp_path)
     assert again.poses == pytest.approx(grasps.poses, abs=1e-9)
 
 
+def test_acronym_is_read(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    file = tmp_path / "mug.h5"
+    poses = np.tile(np.eye(4), (2, 1, 1))
+    poses[0, :3, :3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+    poses[:, :3, 3] = [0, 0, -0.08]
+    with h5py.File(file, "w") as content:
+        content["grasps/transforms"] = poses
+        content["gripper/configuration"] = [0.04]
+    gripper = ls.Hand("gripper_parallel")
+    with pytest.raises(ls.InputError, match="it has no object/scale, so it is no file of ACRONYM"):
+        ls.import_grasps(file, gripper, ls.Object("ball"))
+    with h5py.File(file, "a") as content:
+        content["object/scale"] = 0.75
+    found = ls.import_grasps(file, gripper, ls.Object("ball"))
+    half = 0.5**0.5
+    assert found.poses == pytest.approx(np.array([[0, 0, -0.08, half, 0, 0, half, 0.04], [0, 0, -0.08, 1, 0, 0, 0, 0.04]]))
+    assert found.populations == [("gripper_parallel", "ball", 0.75, 2)]
+
+
 def test_a_doubt_is_a_warning(hand, bottle, grasps, tmp_path):
     rows = [
         {"translation_m": t.tolist(), "rotation_wxyz": q.tolist(), "joints": joints.tolist()}

@@ -17,8 +17,8 @@ use crate::grasp::Grasp;
 use crate::hand::Hand;
 use crate::printable::counted;
 use crate::store::exchange::{
-    IsaacGrasp, dexgraspnet_npy, dexonomy_npy, isaac_grasp, qpos, qpos_csv, qpos_npy, table_csv,
-    table_json,
+    IsaacGrasp, dexgraspnet_npy, dexonomy_npy, graspgen_json, isaac_grasp, qpos, qpos_csv,
+    qpos_npy, table_csv, table_json,
 };
 use crate::store::{FileSet, GraspFile, GraspRow, HandMetadata, Population, write_atomic};
 use crate::study::{
@@ -63,6 +63,8 @@ pub(super) enum ExportFormat {
     /// Isaac Sim's file of grasps (.yaml).
     #[value(name = "isaac_grasp")]
     IsaacGrasp,
+    /// GraspGen's file of poses without joints (.json).
+    Graspgen,
     /// The hand as URDF with meshes.
     Urdf,
     /// A binary glTF scene for each grasp.
@@ -78,6 +80,7 @@ Examples:
   landscape export grasps.parquet mujoco                   grasps.mujoco/: scene.xml with a keyframe for each grasp
   landscape export grasps.parquet urdf                     grasps.hand/: the hand as URDF, with its meshes
   landscape export grasps.parquet isaac_grasp              grasps.isaac_grasp.yaml, for Isaac Sim
+  landscape export grasps.parquet graspgen                 grasps.graspgen.json: poses without joints, for parallel grippers
   landscape export grasps.parquet dexgraspnet              grasps.npy, as DexGraspNet's own files
   landscape export grasps.parquet dexonomy                 grasps.dexonomy/: a file for each grasp, as DexGraspBench reads
   landscape export grasps.parquet glb                      grasps.scenes/: the judged hand, the object and the contacts
@@ -96,6 +99,7 @@ impl ExportFormat {
             Self::Json => ("json", &["json"], None),
             Self::Dexgraspnet => ("npy", &["npy"], None),
             Self::Qpos => ("qpos.csv", &["csv", "npy"], None),
+            Self::Graspgen => ("graspgen.json", &["json"], None),
             Self::IsaacGrasp => ("isaac_grasp.yaml", &["yaml", "yml"], None),
             Self::Glb => ("scenes", &[], Some("glb")),
             Self::Usd => ("usd", &[], Some("usda")),
@@ -257,6 +261,10 @@ fn bytes(
         ExportFormat::Json => table_json(grasps, names),
         ExportFormat::Dexgraspnet => dexgraspnet_npy(grasps, names),
         ExportFormat::IsaacGrasp => isaac(file, grasps)?,
+        ExportFormat::Graspgen => {
+            let (population, rows) = one_group(file, grasps)?;
+            graspgen_json(&population.object.name, population.scale, &rows)
+        }
         _ => {
             let hand = metadata.build_matching()?;
             let (columns, rows) = qpos(&hand, grasps);
@@ -347,14 +355,14 @@ fn dexonomy(file: &GraspFile, grasps: &[&GraspRow]) -> anyhow::Result<Vec<Export
         let hand = population.hand()?;
         check_rigid(&hand)?;
         let approaches = approaches_of(file, &population, &hand, &rows)?;
-        files.extend(
-            rows.iter()
-                .zip(approaches)
-                .map(|(row, approach)| ExportedFile {
-                    name: format!("{:0digits$}.npy", row.id),
-                    bytes: dexonomy_npy(&hand, row, &approach.before, &approach.squeezed),
-                }),
-        );
+        files.extend(rows.iter().zip(approaches).map(|(row, approach)| {
+            // Those that the makers of the grasp stored, if they did.
+            let squeezed = row.squeeze_joints.as_ref().unwrap_or(&approach.squeezed);
+            ExportedFile {
+                name: format!("{:0digits$}.npy", row.id),
+                bytes: dexonomy_npy(&hand, row, &approach.before, squeezed),
+            }
+        }));
     }
     Ok(files)
 }

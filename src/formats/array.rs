@@ -54,25 +54,47 @@ impl Type {
         let bytes = needed.and_then(|needed| bytes.get(..needed));
         let bytes =
             bytes.ok_or_else(|| format!("it is cut short: {count} numbers are announced"))?;
-        let number = |item: &[u8]| {
-            let mut word = [0; 8];
-            word[..size].copy_from_slice(item);
-            if big {
-                word[..size].reverse();
-            }
-            let bits = u64::from_le_bytes(word);
-            let [b0, b1, b2, b3, ..] = word;
-            match (kind, size) {
-                (b'f', 4) => f64::from(f32::from_le_bytes([b0, b1, b2, b3])),
-                (b'f', _) => f64::from_bits(bits),
-                (b'i', 1) => f64::from(i8::from_le_bytes([b0])),
-                (b'i', 2) => f64::from(i16::from_le_bytes([b0, b1])),
-                (b'i', 4) => f64::from(i32::from_le_bytes([b0, b1, b2, b3])),
-                (b'i', _) => i64::from_le_bytes(word) as f64,
-                _ => bits as f64,
-            }
+        let items = bytes.chunks_exact(size);
+        Ok(items.map(|item| number(kind, big, item)).collect())
+    }
+
+    /// The numbers in `bytes` at these places, which count items.
+    pub(crate) fn numbers_at(
+        self,
+        bytes: &[u8],
+        places: impl Iterator<Item = usize>,
+    ) -> Result<Vec<f64>, String> {
+        let Self::Number { kind, size, big } = self else {
+            return Err("it has objects where numbers are needed".to_owned());
         };
-        Ok(bytes.chunks_exact(size).map(number).collect())
+        let item = |place: usize| {
+            let start = place.checked_mul(size)?;
+            let item = bytes.get(start..start.checked_add(size)?)?;
+            Some(number(kind, big, item))
+        };
+        let numbers: Option<Vec<f64>> = places.map(item).collect();
+        numbers.ok_or_else(|| "it has a tensor that reaches beyond its storage".to_owned())
+    }
+}
+
+/// A number of a kind from its bytes, of which there are at most eight.
+fn number(kind: u8, big: bool, item: &[u8]) -> f64 {
+    let mut word = [0; 8];
+    let size = item.len();
+    word[..size].copy_from_slice(item);
+    if big {
+        word[..size].reverse();
+    }
+    let bits = u64::from_le_bytes(word);
+    let [b0, b1, b2, b3, ..] = word;
+    match (kind, size) {
+        (b'f', 4) => f64::from(f32::from_le_bytes([b0, b1, b2, b3])),
+        (b'f', _) => f64::from_bits(bits),
+        (b'i', 1) => f64::from(i8::from_le_bytes([b0])),
+        (b'i', 2) => f64::from(i16::from_le_bytes([b0, b1])),
+        (b'i', 4) => f64::from(i32::from_le_bytes([b0, b1, b2, b3])),
+        (b'i', _) => i64::from_le_bytes(word) as f64,
+        _ => bits as f64,
     }
 }
 

@@ -32,6 +32,10 @@ pub(crate) mod pickle_writer;
 pub(crate) mod ply;
 pub(crate) mod stl;
 pub mod toml_text;
+#[cfg(feature = "cli")]
+pub(crate) mod torch;
+#[cfg(feature = "cli")]
+pub(crate) mod yaml_text;
 
 /// Largest size of a file of triangles, bytes.
 const LARGEST: u64 = 256 << 20;

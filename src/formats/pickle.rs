@@ -1,10 +1,11 @@
-//! A pickle machine that only builds data: numbers, texts, lists, dictionaries and numpy arrays.
+//! A pickle machine that only builds data: numbers, texts, lists, dictionaries, and arrays of numpy and torch.
 //!
 //! A pickle is a program for a stack machine that can call any function of Python. This machine never calls anything. It
-//! knows the few names that numpy writes into its files, treats each as a keyword of the format, and refuses all others.
-//! Copies of shared values are limited to a few times the length of the file, so that memory stays within some dozens of
-//! times its length.
-//! the file, so that memory stays within some dozens of times its length.
+//! knows the few names that numpy and torch write into their files, treats each as a keyword of the format, and refuses all
+//! others. Copies of shared values are limited to a few times the length of the file, so that memory stays within some dozens
+//! of times its length.
+
+use std::collections::BTreeMap;
 
 use super::array::{Numbers, Type};
 
@@ -34,13 +35,15 @@ pub(crate) enum Node {
     Numbers(Numbers),
     /// The items of a numpy array of objects.
     Objects(Vec<Id>),
+    /// Numbers beside the pickle: their type, and the text that is their key.
+    Storage(Type, Id),
     /// One of the known functions, not yet applied.
     Word(Word),
     /// An array whose content has not been read yet.
     Blank,
 }
 
-/// The functions that numpy writes into its pickles.
+/// The functions that numpy and torch write into their pickles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Word {
     Array,
@@ -50,9 +53,20 @@ pub(crate) enum Word {
     FromBuffer,
     Encode,
     OrderedDict,
+    Tensor,
+    Parameter,
+    Storage(Type),
 }
 
-const WORDS: [(&str, &str, Word); 12] = [
+const fn stored(kind: u8, size: usize) -> Word {
+    Word::Storage(Type::Number {
+        kind,
+        size,
+        big: false,
+    })
+}
+
+const WORDS: [(&str, &str, Word); 22] = [
     ("numpy", "ndarray", Word::Array),
     ("numpy", "dtype", Word::Dtype),
     ("numpy.core.multiarray", "_reconstruct", Word::Reconstruct),
@@ -65,6 +79,16 @@ const WORDS: [(&str, &str, Word); 12] = [
     ("collections", "OrderedDict", Word::OrderedDict),
     ("numpy.dtypes", "Float64DType", Word::Dtype),
     ("numpy.dtypes", "Float32DType", Word::Dtype),
+    ("torch._utils", "_rebuild_tensor_v2", Word::Tensor),
+    ("torch._utils", "_rebuild_parameter", Word::Parameter),
+    ("torch", "FloatStorage", stored(b'f', 4)),
+    ("torch", "DoubleStorage", stored(b'f', 8)),
+    ("torch", "LongStorage", stored(b'i', 8)),
+    ("torch", "IntStorage", stored(b'i', 4)),
+    ("torch", "ShortStorage", stored(b'i', 2)),
+    ("torch", "CharStorage", stored(b'i', 1)),
+    ("torch", "ByteStorage", stored(b'u', 1)),
+    ("torch", "BoolStorage", stored(b'b', 1)),
 ];
 
 /// All values of a pickle.
@@ -152,15 +176,33 @@ impl Heap {
     }
 }
 
+/// Numbers that lie beside a pickle.
+#[derive(Debug, Default)]
+pub(crate) struct Storages<'a> {
+    /// Their bytes, by key.
+    pub(crate) numbers: BTreeMap<String, &'a [u8]>,
+    /// Whether the highest byte of a number is its first.
+    pub(crate) big: bool,
+}
+
 /// Runs a pickle. Returns its values and the number of the result. Errors are half a sentence that states the problem.
 pub(crate) fn load(bytes: &[u8]) -> Result<(Heap, Id), String> {
+    load_with(bytes, &Storages::default())
+}
+
+/// As [`load`], for a pickle with numbers beside it.
+pub(crate) fn load_with(bytes: &[u8], storages: &Storages<'_>) -> Result<(Heap, Id), String> {
+    let beside: usize = storages.numbers.values().map(|bytes| bytes.len()).sum();
     let mut machine = Machine {
         rest: bytes,
+        storages,
         heap: Heap::default(),
         stack: Vec::new(),
         marks: Vec::new(),
         memo: Vec::new(),
-        copies: bytes.len().saturating_mul(COPIES).saturating_add(1024),
+        copies: (bytes.len() + beside)
+            .saturating_mul(COPIES)
+            .saturating_add(1024),
     };
     loop {
         let [code] = machine.take()?;
@@ -174,6 +216,7 @@ pub(crate) fn load(bytes: &[u8]) -> Result<(Heap, Id), String> {
 
 struct Machine<'a> {
     rest: &'a [u8],
+    storages: &'a Storages<'a>,
     heap: Heap,
     stack: Vec<Id>,
     /// Heights of the stack at the open marks.
@@ -389,9 +432,11 @@ impl<'a> Machine<'a> {
             }
             b'R' => self.apply()?,
             b'b' => self.build()?,
+            b'Q' => self.storage()?,
             _ => {
                 return Err(format!(
-                    "it has the instruction {code:#04x}, which files of numpy do not have: no code of a pickle is executed"
+                    "it has the instruction {code:#04x}, which files of numpy and torch do not have: no code of a pickle is \
+                     executed"
                 ));
             }
         }
@@ -442,7 +487,7 @@ impl<'a> Machine<'a> {
         let known = WORDS.iter().find(|(m, n, _)| *m == module && *n == name);
         let Some((_, _, word)) = known else {
             return Err(format!(
-                "it calls {module}.{name}, which is not part of numpy's files: no code of a pickle is executed"
+                "it calls {module}.{name}, which is not part of numpy's and torch's files: no code of a pickle is executed"
             ));
         };
         self.push(Node::Word(*word));
@@ -455,6 +500,64 @@ impl<'a> Machine<'a> {
             Node::List(items) => Ok(items.clone()),
             _ => Err("it calls a function without a list of arguments".to_owned()),
         }
+    }
+
+    /// Numbers beside the pickle: `("storage", type, key, device, length)`.
+    fn storage(&mut self) -> Result<(), String> {
+        let told = self.pop()?;
+        let wrong = "it refers to something other than a storage of torch";
+        let parts = match self.heap.node(told) {
+            Node::List(parts) => parts.as_slice(),
+            _ => &[],
+        };
+        let &[_, kind, key, ..] = parts else {
+            return Err(wrong.to_owned());
+        };
+        let Node::Word(Word::Storage(kind)) = *self.heap.node(kind) else {
+            return Err(wrong.to_owned());
+        };
+        let kind = kind.ordered(if self.storages.big { ">" } else { "<" });
+        self.push(Node::Storage(kind, key));
+        Ok(())
+    }
+
+    /// A view of a storage: `(storage, offset, sides, strides, …)`, both in items.
+    fn tensor(&mut self, arguments: &[Id]) -> Result<Numbers, String> {
+        let wrong = || "it contains a tensor with unknown arguments".to_owned();
+        let [storage, offset, shape, strides, ..] = *arguments else {
+            return Err(wrong());
+        };
+        let (shape, strides) = (self.shape(shape)?, self.shape(strides)?);
+        let &Node::Storage(kind, key) = self.heap.node(storage) else {
+            return Err(wrong());
+        };
+        let Node::Text(key) = self.heap.node(key) else {
+            return Err(wrong());
+        };
+        let storages = self.storages;
+        let bytes = *(storages.numbers.get(key))
+            .ok_or_else(|| format!("its storage `{key}` is missing"))?;
+        let Node::Whole(offset) = *self.heap.node(offset) else {
+            return Err(wrong());
+        };
+        let offset = usize::try_from(offset).ok().ok_or_else(wrong)?;
+        if shape.len() != strides.len() {
+            return Err(wrong());
+        }
+        let count = (shape.iter()).try_fold(1usize, |n, &side| n.checked_mul(side));
+        let count = count.ok_or_else(|| format!("it has a tensor of shape {shape:?}"))?;
+        self.copy(count)?;
+        let place = |index: usize| {
+            let mut rest = index;
+            let mut place = offset;
+            for (side, stride) in shape.iter().zip(&strides).rev() {
+                place = place.saturating_add((rest % side).saturating_mul(*stride));
+                rest /= side;
+            }
+            place
+        };
+        let values = kind.numbers_at(bytes, (0..count).map(place))?;
+        Ok(Numbers { shape, values })
     }
 
     /// Calls one of the known functions.
@@ -473,6 +576,15 @@ impl<'a> Machine<'a> {
             self.copy_of(content)?;
         }
         let wrong = || format!("it contains a {word:?} with unknown arguments").to_lowercase();
+        if word == Word::Tensor {
+            let tensor = self.tensor(&arguments)?;
+            self.push(Node::Numbers(tensor));
+            return Ok(());
+        }
+        if word == Word::Parameter {
+            self.stack.push(*arguments.first().ok_or_else(wrong)?);
+            return Ok(());
+        }
         let argument = |place: usize| {
             arguments
                 .get(place)
@@ -511,6 +623,7 @@ impl<'a> Machine<'a> {
                 }
                 _ => return Err(wrong()),
             },
+            Word::Tensor | Word::Parameter | Word::Storage(_) => return Err(wrong()),
         };
         self.push(made);
         Ok(())

@@ -72,6 +72,10 @@ impl GraspFile {
             grasp.grasp.pose.joints().len(),
             hand.joint_names.len(),
         )
+        .or_else(|| {
+            let squeezed = grasp.squeeze_joints.as_ref()?;
+            wrong_length("squeeze_joints", squeezed.len(), hand.joint_names.len())
+        })
         .or_else(|| wrong_length("term_…", grasp.terms.len(), self.metadata.terms.len()))
         .or_else(|| self.not_finite(grasp))
         .or_else(|| {
@@ -101,6 +105,10 @@ impl GraspFile {
             ("translation_m", pose.translation_m()),
             ("rotation_wxyz", &pose.rotation_wxyz()),
             ("joints", pose.joints()),
+            (
+                "squeeze_joints",
+                grasp.squeeze_joints.as_deref().unwrap_or_default(),
+            ),
         ];
         let scalars = [
             ("scale", Some(grasp.scale)),

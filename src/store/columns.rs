@@ -76,9 +76,23 @@ impl Columns {
     /// Rows of equal length make a fixed-size list, others a list. A column of empty rows is left out, because Parquet has
     /// no list of length zero.
     pub(super) fn vectors<'a>(&mut self, name: &str, rows: impl Iterator<Item = &'a [f64]>) {
-        let rows: Vec<&[f64]> = rows.collect();
+        self.lists(name, false, &rows.map(Some).collect::<Vec<_>>());
+    }
+
+    /// As [`Columns::vectors`], with nulls. A column of nulls is left out.
+    pub(super) fn optional_vectors<'a>(
+        &mut self,
+        name: &str,
+        rows: impl Iterator<Item = Option<&'a [f64]>>,
+    ) {
+        self.lists(name, true, &rows.collect::<Vec<_>>());
+    }
+
+    fn lists(&mut self, name: &str, nullable: bool, rows: &[Option<&[f64]>]) {
+        let given = || rows.iter().copied().flatten();
         for (row, values) in rows.iter().enumerate() {
-            if let Some(value) = values.iter().copied().find(|value| !value.is_finite()) {
+            let mut values = values.iter().copied().flatten().copied();
+            if let Some(value) = values.find(|value| !value.is_finite()) {
                 self.report(
                     row,
                     Fault::NotFinite {
@@ -88,33 +102,34 @@ impl Columns {
                 );
             }
         }
-        let width = rows.first().map_or(0, |row| row.len());
-        let fixed = rows
-            .iter()
+        let width = given().next().map_or(0, <[f64]>::len);
+        let fixed = given()
             .all(|row| row.len() == width)
             .then(|| i32::try_from(width).ok())
             .flatten();
         match fixed {
             Some(0) => {}
-            Some(width) => {
-                let mut list = FixedSizeListBuilder::new(Float64Builder::new(), width)
+            Some(fixed) => {
+                let mut list = FixedSizeListBuilder::new(Float64Builder::new(), fixed)
                     .with_field(element(DataType::Float64));
+                // A null takes the place of its numbers, too.
+                let empty = vec![0.0; width];
                 for row in rows {
-                    list.values().append_slice(row);
-                    list.append(true);
+                    list.values().append_slice(row.unwrap_or(&empty));
+                    list.append(row.is_some());
                 }
-                self.push(name, false, Arc::new(list.finish()));
+                self.push(name, nullable, Arc::new(list.finish()));
             }
-            None => self.numbers::<Float64Type>(name, rows.into_iter()),
+            None => self.numbers::<Float64Type>(name, nullable, rows.iter().copied()),
         }
     }
 
     pub(super) fn indices<'a>(&mut self, name: &str, rows: impl Iterator<Item = &'a [u32]>) {
-        self.numbers::<UInt32Type>(name, rows);
+        self.numbers::<UInt32Type>(name, false, rows.map(Some));
     }
 
     pub(super) fn ids<'a>(&mut self, name: &str, rows: impl Iterator<Item = &'a [u64]>) {
-        self.numbers::<UInt64Type>(name, rows);
+        self.numbers::<UInt64Type>(name, false, rows.map(Some));
     }
 
     pub(super) fn text_lists<'a>(&mut self, name: &str, rows: impl Iterator<Item = Vec<&'a str>>) {
@@ -128,15 +143,16 @@ impl Columns {
     fn numbers<'a, T: ArrowPrimitiveType>(
         &mut self,
         name: &str,
-        rows: impl Iterator<Item = &'a [T::Native]>,
+        nullable: bool,
+        rows: impl Iterator<Item = Option<&'a [T::Native]>>,
     ) {
         let mut list =
             ListBuilder::new(PrimitiveBuilder::<T>::new()).with_field(element(T::DATA_TYPE));
         for row in rows {
-            list.values().append_slice(row);
-            list.append(true);
+            list.values().append_slice(row.unwrap_or_default());
+            list.append(row.is_some());
         }
-        self.push(name, false, Arc::new(list.finish()));
+        self.push(name, nullable, Arc::new(list.finish()));
     }
 
     fn push(&mut self, name: &str, nullable: bool, array: ArrayRef) {

@@ -9,6 +9,7 @@
 //! | `translation_m` | double\[3\] | position of the hand's root in the object's frame, metres |
 //! | `rotation_wxyz` | double\[4\] | unit quaternion, scalar first, object from hand; w ≥ 0 |
 //! | `joints` | double\[k\] | joint angles, radians; metres for sliding joints, in the order of the hand's joint names; absent for k = 0 |
+//! | `squeeze_joints`?∅ | double\[k\] | joint targets that press, as the makers of the grasp stored them (`squeeze_qpos`), in the unit and order of `joints` |
 //! | `contacts` | list of uint32 | contact set: indices into the hand's surface points, each once |
 //! | `energy` | double | total energy |
 //! | `term_<name>` | double | one column for each energy term; they add up to `energy` |
@@ -76,6 +77,9 @@ pub struct GraspRow {
     pub hand: String,
     /// Pose, its quaternion of unit length with w ≥ 0, and contact set.
     pub grasp: Grasp,
+    /// Joint coordinates to which the makers of the grasp close the hand so that it presses, in the order of its joints, radians
+    /// or metres; `None` if they stored none.
+    pub squeeze_joints: Option<Vec<f64>>,
     /// Total energy.
     pub energy: f64,
     /// Weighted energy terms, in the order of [`Metadata::terms`].
@@ -264,6 +268,7 @@ impl GraspFile {
         );
         columns.vectors("rotation_wxyz", rotations.iter().map(<[f64; 4]>::as_slice));
         columns.vectors("joints", grasps().map(|grasp| grasp.grasp.pose.joints()));
+        row::write(SQUEEZED, &self.grasps, &mut columns);
         columns.indices("contacts", grasps().map(|grasp| &*grasp.grasp.contacts));
         columns.floats("energy", grasps().map(|grasp| grasp.energy));
         for (term, name) in self.metadata.terms.iter().enumerate() {
@@ -282,6 +287,9 @@ pub(super) const TERM: &str = "term_";
 
 /// The columns before the pose.
 const NAMED: &[Column<GraspRow>] = columns![id, object, scale, hand];
+
+/// The column after the joints.
+const SQUEEZED: &[Column<GraspRow>] = columns![squeeze_joints if present];
 
 /// The columns after the energy and its terms.
 const MEASURED: &[Column<GraspRow>] = columns![
@@ -342,6 +350,7 @@ fn rows(table: &Table, metadata: &Metadata) -> Result<Vec<GraspRow>, StoreError>
             },
         )
         .collect();
+    row::read(SQUEEZED, table, &mut rows)?;
     row::read(MEASURED, table, &mut rows)?;
     Ok(rows)
 }

@@ -40,6 +40,7 @@ cell! {
     String: texts(cell => cell.as_str()), required(TEXT);
     Option<String>: optional_texts(cell => cell.as_deref()), optional(TEXT);
     Vec<f64>: vectors(cell => cell.as_slice()), required(VECTOR);
+    Option<Vec<f64>>: optional_vectors(cell => cell.as_deref()), optional(VECTOR);
     Vec<u32>: indices(cell => cell.as_slice()), required(INDICES);
     Vec<u64>: ids(cell => cell.as_slice()), required(IDS);
 }

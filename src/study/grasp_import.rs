@@ -8,7 +8,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::import_doubt::{Imported, Placed, doubt, doubt_joints, of_outermost_body};
+use super::import_doubt::{Imported, Placed, doubt, doubt_joints};
+use super::import_frame::{link_of_poses, root_pose};
 use super::{Run, name_of};
 use crate::doubt::Doubt;
 use crate::grasp::energy::EnergySettingsError;
@@ -25,6 +26,16 @@ use crate::topography::Phase;
 
 /// Relative difference within which scales are the same.
 const SAME_SCALE: f64 = 1e-3;
+
+/// Formats that state what the numbers of their rotations are.
+const NAMED_ROTATION: [&str; 6] = [
+    "DexGraspNet",
+    "isaac_grasp",
+    "GraspGen",
+    "graspqp",
+    "MultiDex",
+    "DRO-Grasp",
+];
 
 /// Settings of [`import_grasps`].
 #[derive(Debug, Clone, PartialEq)]
@@ -132,6 +143,16 @@ pub enum GraspImportError {
     /// The grasps cannot be meant as they were read: they are far from the object, or their joints are beyond all limits.
     #[error("{0}")]
     Implausible(Doubt),
+    /// The mapping names a link that the hand does not have.
+    #[error("the mapping names link `{link}`, which hand `{hand}` does not have; it has {known}")]
+    UnknownLink {
+        /// The name in the mapping.
+        link: String,
+        /// The hand.
+        hand: String,
+        /// The links of the hand.
+        known: String,
+    },
     /// Every grasp has a fault.
     #[error("none of the grasps can be used; {source_of_grasp}: {fault}")]
     NoneUsable {
@@ -207,7 +228,7 @@ pub fn import_grasps(
         hand: &hand,
         object: &settings.object,
         mapping: &settings.mapping,
-        of_angles: format == "DexGraspNet",
+        named_rotation: NAMED_ROTATION.contains(&format),
         of_outermost_body,
         without_scale: rows.iter().all(|row| row.published.scale.is_none()),
         grasps: placed(&rows),
@@ -280,16 +301,13 @@ fn rows(
 ) -> Result<Content, GraspImportError> {
     let mut content = Content::default();
     for file in files {
-        let read = read(file, &settings.hand.joint_names, mapping)?;
+        let read = read(file, hand, mapping)?;
+        let link = link_of_poses(mapping, &read, hand, &mut content.notes)?;
         content.format = read.format;
         content.notes.extend(read.notes);
         content.of_outermost_body |= read.of_outermost_body;
-        let offset = hand.root_offset().filter(|_| read.of_outermost_body);
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         for (grasp, mut published) in read.grasps.into_iter().enumerate() {
-            if let Some(offset) = &offset {
-                published.pose = of_outermost_body(&published.pose, offset);
-            }
             let scale = published.scale.map(tidy);
             let scale = scale.or(settings.scale).unwrap_or(1.0);
             OBJECT_SCALE
@@ -304,6 +322,9 @@ fn rows(
                 let [x, y, z] = std::array::from_fn(|axis| scale * translation_m[axis]);
                 let rotation = published.pose.rotation_wxyz();
                 published.pose = Pose::new([x, y, z], rotation, published.pose.joints());
+            }
+            if let Some(link) = link {
+                published.pose = root_pose(hand, link, &published.pose);
             }
             content.rows.push(Row {
                 number: content.rows.len() as u64,
@@ -390,6 +411,7 @@ fn fill(
             pose: row.published.pose.clone(),
             contacts: row.published.contacts.clone().unwrap_or_default(),
         },
+        squeeze_joints: row.published.squeeze_joints.clone(),
         label: row.published.label.clone(),
         source: row.source.clone(),
         ..GraspRow::default()

@@ -61,8 +61,8 @@ pub(super) struct Imported<'a> {
     pub(super) object: &'a ObjectMetadata,
     /// How the file was read.
     pub(super) mapping: &'a Mapping,
-    /// Whether the file tells rotations by angles, so that there is no order of a quaternion.
-    pub(super) of_angles: bool,
+    /// Whether the format states what the numbers of a rotation are, so that there is no order of a quaternion.
+    pub(super) named_rotation: bool,
     /// Whether poses were those of the hand's outermost body.
     pub(super) of_outermost_body: bool,
     /// Whether the file has no scale of the object.
@@ -423,9 +423,9 @@ fn isometry_of_frame(frame: &Frame) -> Isometry3<f64> {
     )
 }
 
-/// The pose of the hand's root if `pose` is that of its outermost body, which is displaced by `offset`.
-pub(super) fn of_outermost_body(pose: &Pose, offset: &Frame) -> Pose {
-    let root = isometry_of(pose) * isometry_of_frame(offset).inverse();
+/// The pose of the hand's root if `pose` is that of a frame of the hand.
+pub(super) fn of_frame(pose: &Pose, root_from_frame: &Frame) -> Pose {
+    let root = isometry_of(pose) * isometry_of_frame(root_from_frame).inverse();
     at(&root, pose.joints())
 }
 
@@ -576,7 +576,7 @@ impl Trial<'_> {
             }
         }
         match mapping.rotation_form {
-            RotationForm::Wxyz if !self.imported.of_angles => add(
+            RotationForm::Wxyz if !self.imported.named_rotation => add(
                 "its quaternions are in the order x y z w",
                 "rotation_form = \"xyzw\"",
                 &|mapping| mapping.rotation_form = RotationForm::Xyzw,
@@ -641,13 +641,14 @@ impl Trial<'_> {
             .links
             .get(1)
             .map_or("", |link| &link.name);
-        if let Some(offset) = self.imported.hand.root_offset() {
+        let stated = self.imported.mapping.link.is_some();
+        if let Some(offset) = self.imported.hand.root_offset().filter(|_| !stated) {
             let inverse = isometry_of_frame(&offset);
             let moved = |placed: &Placed| Placed {
                 pose: if self.imported.of_outermost_body {
                     at(&(isometry_of(&placed.pose) * inverse), placed.pose.joints())
                 } else {
-                    of_outermost_body(&placed.pose, &offset)
+                    of_frame(&placed.pose, &offset)
                 },
                 ..*placed
             };
@@ -657,14 +658,14 @@ impl Trial<'_> {
                     format!(
                         "its poses are those of the world of the hand's file and not of body `{body}`"
                     ),
-                    "call the poses at the grasp `grasp_qpos`".to_owned(),
+                    "give --mapping with `link = \"world\"`".to_owned(),
                 )
             } else {
                 (
                     format!(
                         "its poses are those of body `{body}` and not of the world of the hand's file"
                     ),
-                    format!("set pos and quat of body `{body}` to zero in the hand's file"),
+                    format!("give --mapping with `link = \"{body}\"`"),
                 )
             };
             consider(&grasps, cause, remedy);

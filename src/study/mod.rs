@@ -102,6 +102,7 @@ mod given_labels;
 mod gradient_points;
 mod grasp_import;
 mod import_doubt;
+mod import_frame;
 mod imported;
 mod inputs;
 mod judging;

@@ -33,8 +33,10 @@ fn assert_near(found: &[f64], expected: &[f64]) {
 fn poses_are_those_of_the_world_of_the_hand_file() {
     let desk = Desk::empty();
     desk.write("hand.xml", hand_with_palm("0.01 0 0.034", "0.8 0 0.6 0"));
+    let squeezed = [0.01, 0.02, -0.1, 0.5, 0.5, -0.5, 0.5, 0.375];
     let file = npy_of(&Value::Dictionary(&[
         ("grasp_qpos", Value::Array(&[8], &QPOS)),
+        ("squeeze_qpos", Value::Array(&[8], &squeezed)),
         (
             "obj_pose",
             Value::Array(&[7], &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]),
@@ -48,6 +50,7 @@ fn poses_are_those_of_the_world_of_the_hand_file() {
     let imported = desk.grasps("a.parquet");
     let pose = &imported.grasps[0].grasp.pose;
     assert_near(pose, &QPOS);
+    assert_eq!(imported.grasps[0].squeeze_joints, Some(vec![0.375]));
     // The palm is where its place in the world puts it.
     let hand = Hand::from_files(&HandFiles::load(&desk.path("hand.xml")).unwrap()).unwrap();
     let palm = hand.links.iter().position(|link| link.name == "palm");
@@ -60,10 +63,15 @@ fn poses_are_those_of_the_world_of_the_hand_file() {
     // Out and in again, by both formats of such poses.
     desk.said("export a.parquet dexonomy -o back");
     desk.said(&format!("import back {of} -o b.parquet"));
-    assert!(difference(&imported, &desk.grasps("b.parquet")) < 1e-12);
+    let back = desk.grasps("b.parquet");
+    assert!(difference(&imported, &back) < 1e-12);
+    // As published, not those of the test of six directions.
+    assert_eq!(back.grasps[0].squeeze_joints, Some(vec![0.375]));
     desk.said("export a.parquet qpos -o q.npy");
     desk.said(&format!("import q.npy {of} -o c.parquet"));
-    assert!(difference(&imported, &desk.grasps("c.parquet")) < 1e-12);
+    let rows = desk.grasps("c.parquet");
+    assert!(difference(&imported, &rows) < 1e-12);
+    assert_eq!(rows.grasps[0].squeeze_joints, None);
 }
 
 /// The corrections with which `DexGraspBench` converts poses of `BODex` of the Shadow, Allegro and LEAP hands.
@@ -102,7 +110,43 @@ fn poses_of_bodex_are_those_of_the_outermost_body() {
         let turned = turn(pose.rotation_wxyz());
         assert!(turned.angle_to(&rotation) < 1e-9, "{pos} {quat}: {pose:?}");
         assert_near(pose.joints(), &[0.25]);
+        // The third of the three poses.
+        assert_eq!(grasp.squeeze_joints, Some(vec![0.0]));
     }
+}
+
+/// A pose of a link of a finger, planted by the forward kinematics, becomes that of the root.
+#[test]
+fn a_mapping_names_the_link_of_the_poses() {
+    let desk = Desk::empty();
+    desk.write("hand.xml", hand_with_palm("0.01 0 0.034", "0.8 0 0.6 0"));
+    let hand = Hand::from_files(&HandFiles::load(&desk.path("hand.xml")).unwrap()).unwrap();
+    let mut posed = PosedHand::default();
+    hand.pose(&QPOS, &mut posed);
+    let finger = posed.object_from_link[hand.link("finger").unwrap().0];
+    let turn = UnitQuaternion::from_matrix(&finger.rotation);
+    let planted = [
+        finger.translation.as_slice(),
+        &[turn.i, turn.j, turn.k, turn.w, QPOS[7]],
+    ]
+    .concat();
+    let file = npy_of(&Value::Dictionary(&[
+        ("grasp_qpos", Value::Array(&[8], &planted)),
+        ("joint_names", Value::Texts(&["jaw"])),
+    ]));
+    desk.write("a.npy", file);
+    let import = "import a.npy --hand hand.xml --object ball --mapping m.toml -q";
+    desk.write("m.toml", "link = \"finger\"\nrotation_form = \"xyzw\"");
+    desk.said(&format!("{import} -o a.parquet"));
+    let pose = &desk.grasps("a.parquet").grasps[0].grasp.pose;
+    let dot: f64 = (3..7).map(|k| pose[k] * QPOS[k]).sum();
+    assert_near(pose.translation_m(), &QPOS[..3]);
+    assert!((dot.abs() - 1.0).abs() < 1e-12, "{pose:?}");
+    desk.write("m.toml", "link = \"thum\"");
+    assert_says(
+        &desk.mistake(&format!("{import} -o b.parquet")),
+        &["link `thum`", "it has world, palm, thumb, finger"],
+    );
 }
 
 #[test]

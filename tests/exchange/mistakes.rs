@@ -41,10 +41,16 @@ fn mistakes_are_one_sentence() {
     write("i.yaml", b"format: isaac_grasp\nformat_version: \"1.0\"\n");
     write("a.h5", b"\x89HDF\r\n\x1a\n");
     write("a.pt", b"PK\x03\x04......grasps/data.pkl");
+    write("old.pt", b"\x80\x02\x8a\nl\xfc\x9cF\xf9 j\xa8P\x19.");
+    write("o.yaml", b"format: other\n");
+    write(
+        "j.yaml",
+        b"{format: isaac_grasp, grasps: {a: {position: [0, 0, 0], orientation: {w: 1, xyz: [0, 0, 0]}, cspace_position: {f: 1}}}}",
+    );
     write("a.xyz", b"1 2 3");
     write(
         "g.json",
-        b"{\"object\": {}, \"grasps\": {\"transforms\": [], \"object_in_gripper\": []}}",
+        b"{\"object\": {}, \"grasps\": {\"transforms\": [[[1, 0], [0, 1]]]}}",
     );
     fs::create_dir_all(desk.path("empty")).unwrap();
     fs::create_dir_all(desk.path("data/mug/small")).unwrap();
@@ -76,12 +82,15 @@ fn mistakes_are_one_sentence() {
         import nowhere {with} | nowhere | no such file or folder
         import empty {with} | empty: contains neither .npy files | min.data
         import data {with} | grasps lie deeper | data/mug/small
-        import a.npz {with} | a.npz | numpy.savez | is not read | .npy, .csv, .json or .parquet
+        import a.npz {with} | a.npz | numpy.savez | is not read | .csv, .json or .parquet
         import a.npz | a.npz | numpy.savez | is not read
-        import i.yaml {with} | i.yaml | isaac_grasp | is not read | .csv
+        import i.yaml {with} | i.yaml | `grasps` is not a map
+        import o.yaml {with} | o.yaml | `format` is not isaac_grasp | .csv
+        import j.yaml {with} | grasp `a` | in the hand but not in the file: jaw | not in the hand: f
         import a.h5 {with} | a.h5 | HDF5 | ACRONYM | is not read
-        import a.pt {with} | a.pt | PyTorch | is not read
-        import g.json {with} | g.json | GraspGen | is not read | .csv
+        import a.pt {with} | a.pt | ZIP
+        import old.pt {with} | old.pt | not a ZIP file | save it again
+        import g.json {with} | g.json | `grasps.transforms` 0 | 4 × 4
         import a.xyz {with} | a.xyz | .xyz is not read
         export t.parquet csv -o t.npy -q | must end in .csv
         export t.parquet glb --grasp 8 -q | has no grasp with this id

@@ -3,9 +3,11 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 mod frames;
+mod grippers;
 mod mistakes;
 mod models;
 mod readings;
+mod tensors;
 
 use std::fs;
 

@@ -154,3 +154,76 @@ fn write(bytes: &mut Vec<u8>, value: &Value<'_>) {
         }
     }
 }
+
+/// Content of a file of torch.
+pub(crate) enum Tensors<'a> {
+    /// Of graspqp: name, shape and numbers of each tensor.
+    Parameters(&'a [(&'a str, &'a [u8], &'a [f32])]),
+    /// Of `MultiDex` and DRO-Grasp: numbers, object and robot of each grasp.
+    Metadata(&'a [(&'a [f32], &'a str, &'a str)]),
+}
+
+/// A file as `torch.save` writes it.
+pub(crate) fn torch_of(content: &Tensors<'_>) -> Vec<u8> {
+    let mut pickle = b"\x80\x02}(".to_vec();
+    let mut storages = Vec::new();
+    match content {
+        Tensors::Parameters(tensors) => {
+            write(&mut pickle, &Value::Text("parameters"));
+            pickle.extend(b"}(");
+            for (name, shape, numbers) in *tensors {
+                write(&mut pickle, &Value::Text(name));
+                tensor(&mut pickle, shape, numbers, &mut storages);
+            }
+            pickle.push(b'u');
+        }
+        Tensors::Metadata(grasps) => {
+            write(&mut pickle, &Value::Text("metadata"));
+            pickle.extend(b"](");
+            for (numbers, object, robot) in *grasps {
+                let length = u8::try_from(numbers.len()).unwrap();
+                tensor(&mut pickle, &[length], numbers, &mut storages);
+                write(&mut pickle, &Value::Text(object));
+                write(&mut pickle, &Value::Text(robot));
+                pickle.push(0x87);
+            }
+            pickle.push(b'e');
+        }
+    }
+    pickle.extend(b"u.");
+    let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    let options =
+        zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    let data = (storages.iter().enumerate()).map(|(key, bytes)| (format!("g/data/{key}"), bytes));
+    for (name, bytes) in [("g/data.pkl".to_owned(), &pickle)].into_iter().chain(data) {
+        archive.start_file(name, options).unwrap();
+        std::io::Write::write_all(&mut archive, bytes).unwrap();
+    }
+    archive.finish().unwrap().into_inner()
+}
+
+/// A tensor in row-major order with a storage of its own.
+fn tensor(pickle: &mut Vec<u8>, shape: &[u8], numbers: &[f32], storages: &mut Vec<Vec<u8>>) {
+    pickle.extend(b"ctorch._utils\n_rebuild_tensor_v2\n((");
+    write(pickle, &Value::Text("storage"));
+    pickle.extend(b"ctorch\nFloatStorage\n");
+    write(pickle, &Value::Text(&storages.len().to_string()));
+    write(pickle, &Value::Text("cpu"));
+    pickle.extend([b'K', u8::try_from(numbers.len()).unwrap()]);
+    pickle.extend(b"tQK\x00(");
+    for side in shape {
+        pickle.extend([b'K', *side]);
+    }
+    pickle.extend(b"t(");
+    for place in 0..shape.len() {
+        let stride: u8 = shape[place + 1..].iter().product();
+        pickle.extend([b'K', stride]);
+    }
+    pickle.extend(b"t\x89ccollections\nOrderedDict\n)RtR");
+    storages.push(
+        numbers
+            .iter()
+            .flat_map(|number| number.to_le_bytes())
+            .collect(),
+    );
+}

@@ -54,6 +54,7 @@ fn hands_without_joints_and_energies_without_terms() {
     written.metadata.terms.clear();
     for grasp in &mut written.grasps {
         grasp.grasp.pose = with_joints(&grasp.grasp.pose, &[]);
+        grasp.squeeze_joints = None;
         grasp.terms.clear();
     }
     written.write(&path).unwrap();
@@ -74,6 +75,7 @@ fn a_mixed_file_holds_several_landscapes() {
     mixed.grasps[1].scale = 0.5;
     mixed.grasps[3].scale = 0.5;
     mixed.grasps[4].hand = "a stick".into();
+    mixed.grasps[4].squeeze_joints = None;
     let last = &mut mixed.grasps[4].grasp.pose;
     *last = with_joints(last, &[]);
     mixed.write(&path).unwrap();
@@ -107,7 +109,8 @@ fn a_mixed_file_holds_several_landscapes() {
 #[test]
 fn absent_columns_have_defaults() {
     let mut parts = of(&file(2));
-    let names = "id hand scale label stable label_auto label_score epsilon friction source";
+    let names =
+        "id hand scale label stable label_auto label_score epsilon friction source squeeze_joints";
     for name in names.split(' ') {
         parts = parts.without(name);
     }
@@ -117,6 +120,7 @@ fn absent_columns_have_defaults() {
         .read(Overrides::default())
         .unwrap();
     let expected = GraspRow {
+        squeeze_joints: None,
         friction: None,
         epsilon: None,
         stable: None,
@@ -132,6 +136,22 @@ fn absent_columns_have_defaults() {
     // Two objects are described, so a row must say which it means.
     let refused = of(&file(2)).without("object").refusal();
     assert_eq!(refused, "grasps.parquet has no column `object` (text)");
+}
+
+/// Only grasps whose makers stored them have squeezed joints.
+#[test]
+fn squeezed_joints_may_be_missing() {
+    let (_folder, path) = place("grasps.parquet");
+    let mut written = file(3);
+    written.grasps[1].squeeze_joints = None;
+    written.write(&path).unwrap();
+    assert_eq!(read(&path).unwrap().0.grasps, written.grasps);
+    written.grasps[0].squeeze_joints = Some(vec![0.5]);
+    let refused = written.write(&path).unwrap_err().to_string();
+    assert!(
+        refused.contains("`squeeze_joints` contains 1 number, expected 2"),
+        "{refused}"
+    );
 }
 
 #[test]

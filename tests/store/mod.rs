@@ -67,6 +67,7 @@ fn grasp(id: u64) -> GraspRow {
             ),
             vec![39, 0, 7],
         ),
+        squeeze_joints: Some(vec![0.25, -7.5]),
         energy: 0.7,
         terms: vec![0.3, 0.4],
         net_wrench: 1e-300,

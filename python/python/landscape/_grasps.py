@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
+from ._acronym import ENDINGS, as_table
 from ._call import Folder, StrPath, command, existing, flags
 from ._checks import instance, numbers, whole, whole_or_none
 from ._errors import InputError
@@ -579,7 +580,7 @@ class Grasps:
             The file to write, or the folder for ``dexonomy``, ``mujoco``, ``urdf``, ``glb`` and ``usd``.
         format
             ``"csv"``, ``"json"``, ``"dexgraspnet"``, ``"dexonomy"``, ``"qpos"``, ``"mujoco"``, ``"isaac_grasp"``,
-            ``"urdf"``, ``"glb"`` or ``"usd"``; ``command("help", "export")`` describes them.
+            ``"graspgen"``, ``"urdf"``, ``"glb"`` or ``"usd"``; ``command("help", "export")`` describes them.
         force
             Whether to replace a file that landscape did not write, or to write beside the files of others in a folder.
 
@@ -837,8 +838,12 @@ def import_grasps(
     """Grasps of another program: the same bytes as ``landscape import``.
 
     Formats: DexGraspNet (R. Wang et al., ICRA 2023), DexGraspBench and BODex (J. Chen et al., ICRA 2025), Dexonomy (J. Chen et
-    al., RSS 2025), arrays of ``qpos``, and tables; ``docs/import_export.md`` describes them. If the grasps lie beside the
-    object, a :class:`UserWarning` names the unit, order or frame that would fit.
+    al., RSS 2025), graspqp, MultiDex and DRO-Grasp (``.pt``), ``isaac_grasp`` (``.yaml``), GraspGen (``.json``), ACRONYM
+    (``.h5``, with the package ``h5py``), arrays of ``qpos``, and tables; ``docs/import_export.md`` describes them. If the
+    grasps lie beside the object, a :class:`UserWarning` names the unit, order or frame that would fit.
+
+    ACRONYM's poses are those of the base of the Panda hand, whose fingertips are at x ±0.041 m, z 0.112 m; all its grasps have
+    the joints of ``gripper/configuration``, which is the open hand. Grasps that failed there are kept, too.
 
     Parameters
     ----------
@@ -867,8 +872,14 @@ def import_grasps(
     instance("object", object, Object)
     folder = None if out is not None else Folder()
     target = Path(out) if folder is None else folder / "grasps.parquet"  # type: ignore[arg-type]
+    given = existing(path)
+    if given.suffix.lower() in ENDINGS:
+        if mapping is not None:
+            raise InputError("mapping: the meaning of a file of ACRONYM is known; leave the mapping out")
+        converted = Folder()
+        given, mapping = as_table(given, hand.joint_names, converted / ".")
     words = [*hand._flags(named=True), *object._flags(), *flags(mapping=mapping, force=force)]
-    command("import", existing(path), *words, "--quiet", "--output", target, progress=progress)
+    command("import", given, *words, "--quiet", "--output", target, progress=progress)
     grasps = Grasps(_native.Grasps.read(target, None, None), target, folder)
     if "doubt" in grasps.metadata["settings"]:
         warnings.warn(grasps.metadata["settings"]["doubt"], stacklevel=2)

@@ -9,7 +9,7 @@ use crate::cli::args::{FamilyBarrier, WithPage};
 /// Read the files of other programs.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Import {
-    /// Grasps (.npy, .csv, .json, .parquet, or a folder of .npy files), or the folder that contains min.data and ts.data.
+    /// Grasps (.npy, .pt, .yaml, .json, .csv, .parquet, or a folder of .npy files), or the folder that contains min.data and ts.data.
     #[arg(value_name = "PATH")]
     pub(super) path: PathBuf,
     /// The hand of the grasps: the name of a built-in hand, or a URDF or MJCF file.
@@ -68,17 +68,19 @@ Examples:
 
 Grasps are written to a Parquet file for `landscape build`, `inspect` and so on. The program recognises the format: .npy
 of DexGraspNet (joints by name, Euler angles about fixed axes), .npy of DexGraspBench, BODex or Dexonomy (position,
-quaternion w x y z, joints in the hand's order), or a table (.csv, .json, .parquet). Nothing in a pickle is ever executed.
+quaternion w x y z, joints in the hand's order), .pt of graspqp, MultiDex or DRO-Grasp, .yaml of isaac_grasp, .json of
+GraspGen, or a table (.csv, .json, .parquet). Nothing in a pickle is ever executed.
 If the file has no contacts, the best ones by the default energy are chosen. Without --scale all scales are kept. Grasps
 that lie beside their object give a warning with the unit, order or frame that fits, or are refused.
 docs/import_export.md says more.
 
-A mapping gives the meaning of the columns of a table (TOML; all entries are optional; units, frame and rotation_form hold
-for .npy, too):
+A mapping gives the meaning of the columns of a table (TOML; all entries are optional; units, frame, link and rotation_form
+hold for other files, too):
   translation = [\"x\", \"y\", \"z\"]        or one column of lists; translation_unit = \"m\", \"cm\", \"mm\", \"mesh\"
   rotation = \"quat\"                      or several columns
   rotation_form = \"wxyz\"                 or xyzw, fixed_xyz, rotation_vector, matrix; rotation_unit = \"rad\", \"deg\"
   frame = \"object_from_hand\"             or hand_from_object
+  link = \"palm\"                         the link of the hand whose pose it is; default: the root
   joints = \"qpos\"                        a column of lists, with joint_names = [\"FFJ3\", …]; or { FFJ3 = \"column\", … }
   joint_unit = \"rad\"                     or deg
   scale = \"size\"                         a column, or a number; also id, object, label, contacts

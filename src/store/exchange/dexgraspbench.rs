@@ -17,6 +17,8 @@ use crate::space::Pose;
 
 /// Largest accepted deviation of a quaternion from unit length.
 const UNIT_TOLERANCE: f64 = 1e-3;
+/// Entry with the poses that press.
+const SQUEEZED: &str = "squeeze_qpos";
 /// Largest number of grasps in a file. A small file could otherwise give very many, because its entries may share an array.
 const MOST: usize = 1 << 20;
 
@@ -131,19 +133,21 @@ fn grasps(
     path: &Path,
     read: &mut Read,
 ) -> Result<(), String> {
-    let (key, qpos) = if read.of_outermost_body {
-        ("robot_pose", at_grasp(heap, item)?)
+    let (key, qpos, squeezed) = if read.of_outermost_body {
+        let [qpos, squeezed] = at_grasp_and_after(heap, item)?;
+        ("robot_pose", qpos, Some(squeezed))
     } else {
-        let qpos = heap
-            .entry(item, "grasp_qpos")
-            .ok_or("it has no `grasp_qpos`")?;
-        let qpos = heap
-            .numbers(qpos)
-            .ok_or("its `grasp_qpos` is not an array of numbers")?;
-        let qpos = qpos
-            .rows()
-            .ok_or_else(|| format!("its `grasp_qpos` has the shape {:?}", qpos.shape))?;
-        ("grasp_qpos", qpos)
+        let key = "grasp_qpos";
+        let qpos = table(heap, item, key)?.ok_or("it has no `grasp_qpos`")?;
+        let squeezed = table(heap, item, SQUEEZED)?;
+        if let Some(squeezed) = squeezed.as_ref().filter(|rows| rows.len() != qpos.len()) {
+            return Err(format!(
+                "it has {} in `{SQUEEZED}` and {} in `{key}`: each grasp needs one of both, or leave `{SQUEEZED}` out",
+                counted(squeezed.len(), "pose"),
+                counted(qpos.len(), "pose"),
+            ));
+        }
+        (key, qpos, squeezed)
     };
     let Stand {
         pose_of_object,
@@ -162,10 +166,17 @@ fn grasps(
             read.notes.push(note);
         }
     }
+    let mut moves = false;
     for (place, row) in qpos.iter().enumerate() {
         let mut grasp = rows
             .grasp(row)
             .map_err(|problem| format!("`{key}` {place}: {problem}"))?;
+        if let Some(squeezed) = &squeezed {
+            let at_end = (rows.grasp(&squeezed[place]))
+                .map_err(|problem| format!("`{key}` {place}, squeezed: {problem}"))?;
+            moves |= moved(&grasp.pose, &at_end.pose);
+            grasp.squeeze_joints = Some(at_end.pose.joints().to_vec());
+        }
         if let Some(object_pose) = &pose_of_object {
             if rows.mapping.frame != Frame::ObjectFromHand {
                 return Err("its poses cannot be those of the object in the hand's frame (`frame` of the mapping), because it \
@@ -185,11 +196,38 @@ fn grasps(
     if read.grasps.len() > MOST {
         return Err(format!("it contains more than {MOST} grasps"));
     }
+    let note = "the squeezed poses displace the wrist, too; only their joints are kept".to_owned();
+    if moves && !read.notes.contains(&note) {
+        read.notes.push(note);
+    }
     Ok(())
 }
 
-/// The rows of `BODex` at the grasp: its array holds scenes, grasps, and of each grasp the pose before, at and after closing.
-fn at_grasp(heap: &Heap, item: Id) -> Result<Vec<Vec<f64>>, String> {
+/// The rows of an array, if there is one of this name.
+fn table(heap: &Heap, item: Id, key: &str) -> Result<Option<Vec<Vec<f64>>>, String> {
+    let Some(found) = heap.entry(item, key) else {
+        return Ok(None);
+    };
+    let numbers = heap
+        .numbers(found)
+        .ok_or_else(|| format!("its `{key}` is not an array of numbers"))?;
+    let rows = numbers.rows();
+    rows.map(Some)
+        .ok_or_else(|| format!("its `{key}` has the shape {:?}", numbers.shape))
+}
+
+/// Whether the hand as a whole is elsewhere, by more than the rounding of 32-bit numbers.
+fn moved(grasp: &Pose, squeezed: &Pose) -> bool {
+    const ROUNDING: f64 = 1e-5;
+    let differences = grasp[..7].iter().zip(&squeezed[..7]);
+    differences
+        .into_iter()
+        .any(|(a, b)| (a - b).abs() > ROUNDING)
+}
+
+/// The rows of `BODex` at the grasp and those after closing: its array holds scenes, grasps, and of each grasp the pose before,
+/// at and after closing.
+fn at_grasp_and_after(heap: &Heap, item: Id) -> Result<[Vec<Vec<f64>>; 2], String> {
     let poses = heap
         .entry(item, "robot_pose")
         .and_then(|poses| heap.numbers(poses))
@@ -208,8 +246,8 @@ fn at_grasp(heap: &Heap, item: Id) -> Result<Vec<Vec<f64>>, String> {
     if columns == 0 {
         return Err("its `robot_pose` is empty".to_owned());
     }
-    let rows = poses.values.chunks_exact(columns);
-    Ok(rows.skip(1).step_by(3).map(<[f64]>::to_vec).collect())
+    let rows = || poses.values.chunks_exact(columns).map(<[f64]>::to_vec);
+    Ok([1, 2].map(|first| rows().skip(first).step_by(3).collect()))
 }
 
 impl Rows<'_> {
@@ -232,12 +270,8 @@ impl Rows<'_> {
         let unit = mapping.joint_unit.radians();
         let joints: Vec<f64> = order.iter().map(|place| unit * joints[*place]).collect();
         Ok(Published {
-            id: None,
             pose: Pose::new(translation_m, rotation_wxyz, &joints),
-            scale: None,
-            object: None,
-            label: None,
-            contacts: None,
+            ..Published::default()
         })
     }
 }

@@ -113,11 +113,8 @@ fn grasp(heap: &Heap, item: Id, hand: &[String], mapping: &Mapping) -> Result<Pu
     let unit = mapping.joint_unit.radians();
     let joints: Vec<f64> = partners.map(|place| unit * qpos.angles[place]).collect();
     Ok(Published {
-        id: None,
         pose: Pose::new(translation_m, rotation_wxyz, &joints),
         scale,
-        object: None,
-        label: None,
-        contacts: None,
+        ..Published::default()
     })
 }

@@ -10,6 +10,14 @@ pub(super) fn of_euler([a, b, c]: [f64; 3]) -> [f64; 4] {
     [rotation.w, rotation.i, rotation.j, rotation.k]
 }
 
+/// Quaternion of R = Rx(a) Ry(b) Rz(c): angles about the axes as they have turned, as in transforms3d's `rxyz` and in
+/// `pytorch3d.euler_angles_to_matrix(…, "XYZ")`.
+pub(super) fn of_moving_euler([a, b, c]: [f64; 3]) -> [f64; 4] {
+    // The same rotation backwards, with the angles reversed.
+    let [w, x, y, z] = of_euler([-a, -b, -c]);
+    [w, -x, -y, -z]
+}
+
 /// The angles of [`of_euler`]; the second is within ±90°.
 pub(super) fn to_euler([w, x, y, z]: [f64; 4]) -> [f64; 3] {
     let rotation = Rotation3::from(UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)));
@@ -45,6 +53,11 @@ mod tests {
             let dot: f64 = quaternion.iter().zip(again).map(|(a, b)| a * b).sum();
             assert!((dot.abs() - 1.0).abs() < 1e-12, "{angles:?}: {dot}");
         }
+        // A quarter turn about x, then one about the z that has turned, which is −y: x goes to z.
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let [w, x, y, z] = of_moving_euler([quarter, 0.0, quarter]);
+        let q = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+        assert!((q * Vector3::x() - Vector3::z()).norm() < 1e-12);
         // A quarter turn about x, then one about z: y goes to z and stays there.
         let [w, x, y, z] = of_euler([
             std::f64::consts::FRAC_PI_2,

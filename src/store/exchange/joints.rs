@@ -92,6 +92,12 @@ fn mismatch(file: &[&str], hand: &[String], missing: &[&str], extra: &[&str]) ->
     )
 }
 
+/// Whether a joint of the file is one of those that follow others: `hand` has the names of all others.
+pub(super) fn follows(name: &str, hand: &[String], following: &[String]) -> bool {
+    let is = |other: &String| other == name || bare(other) == bare(name);
+    following.iter().any(is) && !hand.iter().any(is)
+}
+
 /// A name without its prefixes for the model and the side.
 fn bare(name: &str) -> String {
     let name = name

@@ -28,6 +28,8 @@ pub struct Mapping {
     pub rotation_unit: AngleUnit,
     /// Direction of the pose.
     pub frame: Frame,
+    /// The link of the hand whose pose it is, at the joints of the grasp; the root if it is not stated.
+    pub link: Option<String>,
     /// Joints: one column of lists, or a column for each joint of the hand.
     pub joints: Option<JointColumns>,
     /// Names of the joints, in order: those in a column of lists, or those of a file that uses other names.
@@ -149,7 +151,7 @@ impl RotationForm {
     }
 
     /// The rotation as a quaternion w x y z.
-    fn quaternion(self, values: &[f64], unit: AngleUnit) -> Result<[f64; 4], String> {
+    pub(super) fn quaternion(self, values: &[f64], unit: AngleUnit) -> Result<[f64; 4], String> {
         const TOLERANCE: f64 = 1e-3;
         let of = |q: UnitQuaternion<f64>| [q.w, q.i, q.j, q.k];
         let radians = unit.radians();
@@ -438,6 +440,7 @@ impl Layout<'_> {
             object: text(row, mapping.object.as_deref().unwrap_or("object")),
             label: text(row, mapping.label.as_deref().unwrap_or("label")),
             contacts: contacts(row, mapping.contacts.as_deref().unwrap_or("contacts"))?,
+            ..Published::default()
         })
     }
 

@@ -5,8 +5,10 @@
 //! | DexGraspNet `.npy` | an array of dictionaries: `scale`, and `qpos` with an angle for each joint by name, `WRJTx…z` (metres) and `WRJRx…z` (Euler angles about fixed axes x, y, z) |
 //! | DexGraspBench, Dexonomy `.npy` | a dictionary: `grasp_qpos` (position, quaternion w x y z, joints), and `obj_pose` and `obj_scale` or a scene that holds them |
 //! | `BODex` `.npy` | a dictionary: `robot_pose` (the same numbers before, at and after closing), `joint_names`, `world_cfg` |
+//! | `GraspGen` `.json` | `grasps.transforms`: poses without joints |
+//! | torch `.pt` | those of graspqp (`parameters`), and of `MultiDex` and DRO-Grasp (`metadata`) |
 //! | tables | CSV, JSON (a list of objects) or Parquet, with a [`Mapping`] that gives the meaning of the columns |
-//! | Isaac `.yaml` | written only: `isaac_grasp` 1.0 |
+//! | Isaac `.yaml` | `isaac_grasp` 1.0: of each grasp by name `position`, `orientation`, `cspace_position` |
 //!
 //! Poses have the convention of this crate: `p_object = R p_hand + t`, metres, quaternion w x y z.
 
@@ -14,17 +16,22 @@ mod dexgraspbench;
 mod dexgraspnet;
 mod dexonomy;
 mod euler;
+mod graspgen;
+mod hand_joints;
 mod isaac;
 mod joints;
 mod mapping;
 mod scene;
 mod table;
+mod torch;
 mod unread;
 mod write;
 
 use std::path::{Path, PathBuf};
 
 pub use dexonomy::dexonomy_npy;
+pub use graspgen::graspgen_json;
+pub use hand_joints::HandJoints;
 pub use isaac::{IsaacGrasp, isaac_grasp};
 pub use mapping::{
     AngleUnit, Columns, Frame, JointColumns, LengthUnit, Mapping, RotationForm, Scale,
@@ -42,12 +49,14 @@ use crate::space::Pose;
 const LARGEST: u64 = 1 << 30;
 
 /// A grasp of another program, with its joints in the order of the requested hand.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Published {
     /// Its id, if the file has one.
     pub id: Option<u64>,
     /// Its pose, with the joints in the order of the hand.
     pub pose: Pose,
+    /// Joint coordinates to which the hand closes to press, in the order of the hand.
+    pub squeeze_joints: Option<Vec<f64>>,
     /// Scale factor of the object's mesh; `None` if the file has none.
     pub scale: Option<f64>,
     /// Name of the object in the file.
@@ -70,14 +79,22 @@ pub struct Read {
     /// Whether poses are those of the hand's outermost body ([`Hand::root_offset`](crate::hand::Hand::root_offset)) and not
     /// of the frame of its description (the world of an MJCF).
     pub of_outermost_body: bool,
+    /// Name of the link whose poses they are, as the file has it; it may have a path before it.
+    pub link: Option<String>,
 }
 
-/// Reads grasps of a hand with joints `joint_names` from a file of any of the formats. `mapping` describes the columns of
+/// Reads grasps of a hand with these joints from a file of any of the formats. `mapping` describes the columns of
 /// tables. Of other files it tells the units, the direction of the pose, the order of quaternions and the names of joints.
 ///
 /// # Errors
 /// One sentence that names the file, the grasp if there is one, and the problem.
-pub fn read(path: &Path, joint_names: &[String], mapping: &Mapping) -> Result<Read, StoreError> {
+pub fn read(
+    path: &Path,
+    joints: impl Into<HandJoints>,
+    mapping: &Mapping,
+) -> Result<Read, StoreError> {
+    let joints: HandJoints = joints.into();
+    let joint_names = joints.names.as_slice();
     let foreign = |problem: String| StoreError::Foreign {
         path: path.to_path_buf(),
         problem,
@@ -92,23 +109,41 @@ pub fn read(path: &Path, joint_names: &[String], mapping: &Mapping) -> Result<Re
             mapping::read(&table, joint_names, mapping).map_err(foreign)
         }
         "json" => {
-            let table = table::of_json(&bytes(path)?).map_err(foreign)?;
+            let file: serde_json::Value = serde_json::from_slice(&bytes(path)?)
+                .map_err(|error| foreign(format!("it is not valid JSON: {error}")))?;
+            if graspgen::is(&file) {
+                return graspgen::read(&file, &joints, mapping).map_err(foreign);
+            }
+            let table = table::of_json(&file).map_err(foreign)?;
             mapping::read(&table, joint_names, mapping).map_err(foreign)
         }
         "parquet" => {
             let table = table::of_parquet(path)?;
             mapping::read(&table, joint_names, mapping).map_err(foreign)
         }
+        "pt" | "pth" => {
+            let (heap, whole) = crate::formats::torch::read(&bytes(path)?).map_err(foreign)?;
+            torch::read(&heap, whole, &joints, mapping).map_err(foreign)
+        }
+        "yaml" | "yml" => {
+            let bytes = bytes(path)?;
+            let text = str::from_utf8(&bytes);
+            let text = text.map_err(|error| foreign(format!("it is not a text: {error}")))?;
+            isaac::read(text, &joints, mapping).map_err(foreign)
+        }
         _ => Err(foreign(unread::sentence(path))),
     }
 }
 
+/// Endings of the names of files that [`read`] reads.
+const ENDINGS: [&str; 8] = ["npy", "pt", "pth", "csv", "json", "parquet", "yaml", "yml"];
+
 /// Refuses a file of a kind that [`read`] does not read, with what it is and what is read instead.
 ///
 /// # Errors
-/// If its name does not end in `.npy`, `.csv`, `.json` or `.parquet`.
+/// If its name does not end as those of files that are read.
 pub fn check_kind(path: &Path) -> Result<(), StoreError> {
-    if ["npy", "csv", "json", "parquet"].contains(&ending(path).as_str()) {
+    if ENDINGS.contains(&ending(path).as_str()) {
         return Ok(());
     }
     Err(StoreError::Foreign {

@@ -60,16 +60,8 @@ pub(super) fn of_csv(bytes: &[u8]) -> Result<Table, String> {
 }
 
 /// Reads a list of objects, or an object whose entry `grasps` is such a list.
-pub(super) fn of_json(bytes: &[u8]) -> Result<Table, String> {
-    let value: Value =
-        serde_json::from_slice(bytes).map_err(|error| format!("it is not valid JSON: {error}"))?;
-    let list = value.get("grasps").unwrap_or(&value);
-    if list.get("transforms").is_some() {
-        return Err(format!(
-            "it is a file of GraspGen (its `grasps` contains `transforms`), which is not read here: {}",
-            super::unread::INSTEAD
-        ));
-    }
+pub(super) fn of_json(value: &Value) -> Result<Table, String> {
+    let list = value.get("grasps").unwrap_or(value);
     let entries = list
         .as_array()
         .ok_or("it is not a list of grasps, each an object with named entries")?;

@@ -6,8 +6,11 @@ use std::path::Path;
 use crate::formats::ending;
 
 /// What is read, for the end of a sentence.
-pub(super) const INSTEAD: &str = "grasps come as .npy, .csv, .json or .parquet; write its poses and joints as a table, \
+pub(super) const INSTEAD: &str = "grasps come as .npy, .pt, .yaml, .csv, .json or .parquet; write its poses and joints as a table, \
     one row for each grasp (docs/import_export.md, Mapping)";
+
+const HDF5: &str =
+    "an HDF5 file (those of ACRONYM are read by `landscape.import_grasps` in Python, with h5py)";
 
 /// How many bytes tell what a file is.
 const HEAD: u64 = 4096;
@@ -32,23 +35,18 @@ fn kind(head: &[u8], ending: &str) -> Option<&'static str> {
     };
     let zip = head.starts_with(b"PK\x03\x04");
     if head.starts_with(b"\x89HDF\r\n\x1a\n") {
-        return Some("an HDF5 file (as ACRONYM's)");
+        return Some(HDF5);
     }
     if zip && (holds("/data.pkl") || holds("/byteorder")) {
-        return Some("a file of PyTorch (torch.save)");
+        return Some("a file of PyTorch (torch.save), which is read if its name ends in .pt");
     }
     if zip && holds(".npy") {
         return Some("an archive of numpy arrays (numpy.savez)");
     }
-    if holds("isaac_grasp") && ["yaml", "yml", "json"].contains(&ending) {
-        return Some("a file of Isaac Sim's format isaac_grasp");
-    }
     Some(match ending {
         "npz" => "an archive of numpy arrays (numpy.savez)",
-        "h5" | "hdf5" => "an HDF5 file (as ACRONYM's)",
-        "pt" | "pth" => "a file of PyTorch (torch.save)",
+        "h5" | "hdf5" => HDF5,
         "pkl" | "pickle" => "a pickle of Python",
-        "yaml" | "yml" => "YAML",
         "usd" | "usda" | "usdc" | "usdz" => "a scene of USD",
         "mat" => "a file of MATLAB",
         "xlsx" | "ods" => "a spreadsheet",
@@ -71,17 +69,10 @@ mod tests {
 
     #[test]
     fn the_content_counts_before_the_ending() {
-        assert_eq!(
-            kind(b"\x89HDF\r\n\x1a\n....", "npz"),
-            Some("an HDF5 file (as ACRONYM's)")
-        );
+        assert_eq!(kind(b"\x89HDF\r\n\x1a\n....", "npz"), Some(HDF5));
         let torch = b"PK\x03\x04........archive/data.pkl";
-        assert_eq!(kind(torch, "bin"), Some("a file of PyTorch (torch.save)"));
+        assert!(kind(torch, "bin").is_some_and(|kind| kind.contains("ends in .pt")));
         assert_eq!(kind(b"", "npz"), kind(b"PK\x03\x04....a.npy", "zip"));
         assert_eq!(kind(b"words", "dat"), None);
-        assert_eq!(
-            kind(b"format: isaac_grasp", "yaml"),
-            Some("a file of Isaac Sim's format isaac_grasp")
-        );
     }
 }

@@ -30,9 +30,10 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use samples::{
-    DAE, EXCHANGE, GLTF, INPUT_HASH, MAPPING, MJCF, OBJ, OWN_KEY, PLY, POINTS, PROTOCOL, ROWS,
-    SHAPES, SIDE, STL, TABLE, URDF, binary_ply, binary_stl, bytes, checkpoint, described, example,
-    gltf, joints, journal, labeller, landscape, landscape_folder, msh, npz, parquet, pickles, text,
+    DAE, EXCHANGE, GLTF, INPUT_HASH, ISAAC, MAPPING, MJCF, OBJ, OWN_KEY, PLY, POINTS, PROTOCOL,
+    ROWS, SHAPES, SIDE, STL, TABLE, TRANSFORMS, URDF, binary_ply, binary_stl, bytes, checkpoint,
+    described, example, gltf, joints, journal, labeller, landscape, landscape_folder, msh, npz,
+    parquet, pickles, tensors, text,
 };
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -129,6 +130,13 @@ pub(crate) fn readers() -> Vec<(&'static str, Vec<Vec<u8>>, Read)> {
         ("pickle", pickles(), |bytes, folder| {
             published("npy", bytes, folder)
         }),
+        ("torch", tensors(), |bytes, folder| {
+            published("pt", bytes, folder)
+        }),
+        ("isaac_yaml", vec![text(ISAAC)], |bytes, folder| {
+            published("yaml", bytes, folder)
+        }),
+        ("graspgen_json", vec![text(TRANSFORMS)], graspgen),
         ("table_csv", vec![text(TABLE)], |bytes, folder| {
             published("csv", bytes, folder)
         }),
@@ -277,6 +285,17 @@ fn published(kind: &str, bytes: &[u8], folder: &Path) -> Result<(), String> {
     let path = folder.join(format!("g.{kind}"));
     fs::write(&path, bytes).unwrap();
     told(exchange::read(&path, &joints(), &Mapping::default()))
+}
+
+/// Grasps without joints, of a hand that rests.
+fn graspgen(bytes: &[u8], folder: &Path) -> Result<(), String> {
+    let path = folder.join("g.json");
+    fs::write(&path, bytes).unwrap();
+    let hand = exchange::HandJoints {
+        rest: Some(vec![0.02]),
+        ..joints().as_slice().into()
+    };
+    told(exchange::read(&path, hand, &Mapping::default()))
 }
 
 pub(crate) fn settings<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {

@@ -5,7 +5,7 @@ use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use super::pickled;
+use super::pickled::{self, Tensors, torch_of};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use bytes::Bytes;
@@ -46,6 +46,15 @@ pub(crate) const SIDE: &str = r#"{"name": "s", "without": ["c"], "surface_points
 "palm_regions": [{"region": "x", "normal": [0, 0, 1], "at_least": 0.5, "min_m": [-1, -1, -1], "max_m": [1, 1, 1]}],
 "capsules": {"a": [{"a_m": [0, 0, 0], "b_m": [0, 0, 0.1], "radius_m": 0.01}]}, "rest_deg": {"j": 10}, "deviation_deg": {"j": 5},
 "synergies": [{"name": "y", "variance": 1, "weights": {"j": 1}}], "independent_share": 0.5, "metric": {"radius_of_gyration_m": 0.05, "levers_m": {"j": 0.01}}}"#;
+
+pub(crate) const ISAAC: &str = "format: isaac_grasp\nformat_version: \"1.0\"\nobject_frame_link: /World/mug\nobject_scale: 0.5\n\
+gripper_frame_link: palm\ngrasps:\n  'grasp_0': # first\n    confidence: 1.0\n    position: [0.0, 0.0, -0.12]\n\
+    orientation: {w: 1.0, xyz: [0.0, 0.0, 0.0]}\n    cspace_position: {jaw: 0.03}\n  \"grasp_1\":\n    position:\n      - 0\n\
+      - 1e-2\n      - -.1\n    orientation:\n      w: 0\n      xyz: [0, 0, 1]\n    pregrasp_cspace_position:\n      jaw: 0.04\n";
+
+pub(crate) const TRANSFORMS: &str = r#"{"object": {"file": "mug.obj", "scale": 0.5}, "grasps": {"transforms":
+[[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, -0.12], [0, 0, 0, 1]], [[0, -1, 0, 0.1], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]],
+"object_in_gripper": [true, 0]}}"#;
 
 pub(crate) const OBJ: &str = "o one\nv 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nvn 0 0 1\nvt 0 0\nf 1 3 2\nf 1/1/1 2/1/1 4/1/1\ng rest\nusemtl none\nf 1 4 3\nf -1 -3 -2\n";
 
@@ -142,6 +151,19 @@ pub(crate) fn gltf() -> (Vec<u8>, Vec<u8>) {
     word(text.len(), &[&b"JSON"[..], &text].concat());
     word(data.len(), &[&b"BIN\0"[..], &data].concat());
     (within, binary)
+}
+
+/// Files of graspqp and `MultiDex` for one joint.
+pub(crate) fn tensors() -> Vec<Vec<u8>> {
+    let q = [0.0, 0.0, 0.1, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.02];
+    let root = [0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0];
+    let parameters: [(&str, &[u8], &[f32]); 2] =
+        [("jaw", &[1], &[0.02]), ("root_pose", &[1, 7], &root)];
+    let contents = [
+        Tensors::Parameters(&parameters),
+        Tensors::Metadata(&[(&q, "apple", "allegro")]),
+    ];
+    contents.iter().map(torch_of).collect()
 }
 
 /// DexGraspBench's dictionaries in numpy's form, those of DexGraspNet, and a table of numbers, all for one joint.
