@@ -43,7 +43,8 @@ impl Chains {
 
     pub(crate) fn holds(&self, end: &Synthesized, protocol: Protocol) -> bool {
         let (hand, object) = (self.energy.hand(), self.energy.object());
-        simulate(hand, &end.refined, &self.solid, object.mass_kg, &protocol).is_stable()
+        let (grasp, mass_kg) = (&end.refined, object.mass_kg);
+        simulate(hand, grasp, None, &self.solid, mass_kg, &protocol).is_stable()
     }
 }
 

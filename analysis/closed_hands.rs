@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use chains::Chains;
 use interval::interval;
-use landscape::evaluation::stability::{Protocol, SixDirections};
+use landscape::evaluation::stability::{LoadTest, Protocol};
 use landscape::evaluation::taxonomy::{Labeller, Rule, UNLISTED};
 use landscape::grasp::closing::capsule_touches;
 use landscape::hand::{Hand, PosedHand};
@@ -122,7 +122,7 @@ fn measure(chains: &Chains, count: u64) -> Vec<Kept> {
         hand.pose(&end.refined.pose, &mut posed);
         let touches = capsule_touches(&object.exact, hand, &posed, 0.0);
         // Hands of boxes take minutes for each.
-        let pushes = Protocol::SixDirections(SixDirections::default());
+        let pushes = Protocol::Loads(LoadTest::default());
         let withstands = || chains.holds(&end, pushes);
         Some(Kept {
             holds: chains.holds(&end, chains::drop()),

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use chains::Chains;
 use interval::interval;
-use landscape::evaluation::stability::{Protocol, SixDirections};
+use landscape::evaluation::stability::{Closing, ClosingRule, LoadTest, Protocol};
 use landscape::grasp::energy::AUTHORS_UNIT_M;
 use landscape::grasp::measure_contacts;
 use landscape::hand::Hand;
@@ -99,11 +99,19 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn measure(pushed: bool, name: &str, count: u64) -> Result<Vec<[f64; 7]>, Box<dyn Error>> {
     let object = Arc::new(Object::named(name)?);
     let chains = Chains::new(&Arc::new(Hand::human()), &object, SEED)?;
+    let standard = LoadTest::default();
+    let rigid = LoadTest {
+        closing: Closing {
+            rule: ClosingRule::None,
+            ..standard.closing
+        },
+        ..standard.clone()
+    };
     let protocols = [
         (chains::drop(), false),
         (chains::drop_at_once(), false),
-        (Protocol::SixDirections(SixDirections::default()), true),
-        (Protocol::SixDirections(SixDirections::rigid()), true),
+        (Protocol::Loads(standard), true),
+        (Protocol::Loads(rigid), true),
     ];
     let row = |chain: u64| {
         let end = chains.end(chain);
@@ -111,7 +119,7 @@ fn measure(pushed: bool, name: &str, count: u64) -> Result<Vec<[f64; 7]>, Box<dy
         let gaps: f64 = contacts.iter().map(|one| one.distance_m.abs()).sum();
         let sigma_m = gaps / contacts.len() as f64;
         let strict = chains.judge(&end).passes_strict();
-        let [drop, at_once, six, rigid] = protocols.map(|(protocol, pushes)| {
+        let [drop, at_once, six, rigid] = protocols.clone().map(|(protocol, pushes)| {
             if pushes == pushed {
                 f64::from(u8::from(chains.holds(&end, protocol)))
             } else {

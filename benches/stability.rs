@@ -1,9 +1,9 @@
-//! Simulation of grasps: the drop test of one grasp on the round bottle, one core.
+//! Simulation of grasps: the drop test and that of `DexGraspBench` of one grasp on the round bottle, one core.
 
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use landscape::evaluation::stability::{Build, Drop, Protocol, SixDirections, Solid, simulate};
+use landscape::evaluation::stability::{Build, Solid, named, simulate};
 use landscape::grasp::Grasp;
 use landscape::hand::Hand;
 use landscape::object::Object;
@@ -20,17 +20,8 @@ fn stability(criterion: &mut Criterion) {
     let grasps: Vec<(Vec<f64>, Vec<u32>)> =
         serde_json::from_str(GRASPS).expect("the file holds poses and contacts");
     let grasps: Vec<Grasp> = (grasps.into_iter().map(|(x, set)| Grasp::new(x, set))).collect();
-    for (name, protocol) in [
-        ("drop", Protocol::Drop(Drop::default())),
-        (
-            "six_directions_rigid",
-            Protocol::SixDirections(SixDirections::rigid()),
-        ),
-        (
-            "six_directions",
-            Protocol::SixDirections(SixDirections::default()),
-        ),
-    ] {
+    for name in ["drop", "dexgraspbench"] {
+        let protocol = named(name).expect("a published test");
         let mut group = criterion.benchmark_group("stability");
         group.sample_size(10);
         // Each round simulates all grasps.
@@ -38,7 +29,7 @@ fn stability(criterion: &mut Criterion) {
         group.bench_function(name, |bencher| {
             bencher.iter(|| {
                 for grasp in &grasps {
-                    black_box(simulate(&hand, grasp, &solid, mass_kg, &protocol));
+                    black_box(simulate(&hand, grasp, None, &solid, mass_kg, &protocol));
                 }
             });
         });

@@ -13,11 +13,6 @@ import sys
 import textwrap
 
 WIDTH = 124
-PROTOCOLS = {
-    "drop": "the drop test",
-    "six-directions": "pushes along six directions",
-    "six-directions-rigid": "the same with a rigid hand",
-}
 
 
 def told(program, *words):
@@ -48,11 +43,13 @@ def commands(help_):
     return [(name, about) for name, about in listed if name != "help"]
 
 
-def values(program, command):
-    """The values of the first argument of a command that has a list of them."""
-    _, _, rest = told(program, command, "--help").partition("Possible values:\n")
+def values(program, command, argument=""):
+    """The values of the first argument of a command that has a list of them, or of the named one, with their meanings."""
+    text = told(program, command, "--help")
+    _, _, rest = text[text.index(argument) :].partition("Possible values:\n")
     lines = rest.split("\n\n", 1)[0].splitlines()
-    return [line.split()[1].rstrip(":") for line in lines if line.strip().startswith("- ")]
+    listed = [line.strip()[2:].partition(":") for line in lines if line.strip().startswith("- ")]
+    return {name.strip(): about.strip() for name, _, about in listed}
 
 
 def help_page(program, command):
@@ -70,7 +67,7 @@ def settings_page(program, command):
         "[Use from scripts](../scripts.md#settings-in-files) tells what a file may leave out.\n",
     ]
     if command == "stability":
-        for protocol, about in PROTOCOLS.items():
+        for protocol, about in values(program, command, "--protocol <NAME>").items():
             parts += [f"## {protocol}: {about}\n", f"`landscape config {command} --protocol {protocol}` prints:\n", block(told(program, "config", command, "--protocol", protocol), "toml")]
     else:
         parts.append(block(told(program, "config", command), "toml"))

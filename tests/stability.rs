@@ -3,7 +3,8 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use landscape::evaluation::stability::{
-    Build, Drop, Part, Protocol, Reason, Rest, SixDirections, Solid, Solver, World, simulate,
+    Build, Closing, ClosingRule, Drop, EndContact, LoadTest, MeasuredFrom, NAMED, NamedProtocol,
+    Needed, Outcome, Part, Protocol, Reason, Rest, Solid, Solver, World, simulate,
 };
 use landscape::grasp::Grasp;
 use landscape::hand::Hand;
@@ -193,7 +194,7 @@ fn the_end_at_rest_is_the_end_of_the_last_step() {
                 rest,
                 ..Drop::default()
             });
-            simulate(&hand, grasp, &solid, mass_kg, &drop)
+            simulate(&hand, grasp, None, &solid, mass_kg, &drop)
         });
         assert_eq!(early.reason, late.reason, "{early:?} {late:?}");
         let apart_m = (early.displacement_m - late.displacement_m).abs();
@@ -212,18 +213,9 @@ fn deep_overlap_is_reported_rather_than_launched() {
     for (axis, value) in x[..3].iter_mut().enumerate() {
         *value = centre[axis] - hand.palm.centre[axis];
     }
-    for protocol in [
-        Protocol::Drop(Drop::default()),
-        Protocol::SixDirections(SixDirections::default()),
-        Protocol::SixDirections(SixDirections::rigid()),
-    ] {
-        let outcome = simulate(
-            &hand,
-            &Grasp::new(x.clone(), Vec::new()),
-            &ball,
-            0.06,
-            &protocol,
-        );
+    let grasp = Grasp::new(x, Vec::new());
+    for test in NAMED.iter() {
+        let outcome = simulate(&hand, &grasp, None, &ball, 0.06, &test.protocol);
         assert_eq!(outcome.reason, Reason::Overlap);
         assert!(outcome.overlap_m > 0.01);
     }
@@ -236,30 +228,27 @@ fn an_object_beside_the_hand_falls_or_is_pushed_away() {
     let hand = Hand::human();
     let mut x = hand.rest_coordinates();
     x[0] = 1.0;
-    let outcome = |protocol| {
-        simulate(
-            &hand,
-            &Grasp::new(x.clone(), Vec::new()),
-            &ball,
-            0.06,
-            &protocol,
-        )
-        .reason
-    };
-    assert_eq!(outcome(Protocol::Drop(Drop::default())), Reason::Fell);
-    let pushed = outcome(Protocol::SixDirections(SixDirections::default()));
-    assert_eq!(pushed, Reason::Moved);
+    let grasp = Grasp::new(x, Vec::new());
+    for test in NAMED.iter() {
+        let found = simulate(&hand, &grasp, None, &ball, 0.06, &test.protocol).reason;
+        let expected = match test.name.as_str() {
+            "drop" => Reason::Fell,
+            "dexgraspnet" | "graspdatagen" => Reason::Released,
+            _ => Reason::Moved,
+        };
+        assert_eq!(found, expected, "{}", test.name);
+    }
 }
 
 #[test]
 fn protocols_are_read_as_they_are_written_and_checked() {
-    for protocol in [
-        Protocol::Drop(Drop::default()),
-        Protocol::SixDirections(SixDirections::default()),
-        Protocol::SixDirections(SixDirections::rigid()),
-    ] {
-        let text = serde_json::to_string(&protocol).unwrap();
-        assert_eq!(serde_json::from_str::<Protocol>(&text).unwrap(), protocol);
+    for NamedProtocol { protocol, name, .. } in NAMED.iter() {
+        let text = serde_json::to_string(protocol).unwrap();
+        assert_eq!(
+            serde_json::from_str::<Protocol>(&text).unwrap(),
+            *protocol,
+            "{name}"
+        );
         protocol.validate().unwrap();
     }
     let few = r#"{"protocol": "drop", "steps": 500}"#;
@@ -267,11 +256,159 @@ fn protocols_are_read_as_they_are_written_and_checked() {
         panic!("another protocol");
     };
     assert_eq!((drop.steps, drop.fall_m), (500, 0.3));
+    // A density replaces the mass.
+    let few = r#"{"protocol": "dexgraspbench", "density_kg_m3": 500, "closing": {"seconds": 1}}"#;
+    let Protocol::Loads(test) = serde_json::from_str(few).unwrap() else {
+        panic!("another protocol");
+    };
+    assert_eq!((test.mass_kg, test.density_kg_m3), (None, Some(500.0)));
+    let springs = (test.closing.seconds, test.closing.stiffness_n_m);
+    assert_eq!(springs, (1.0, 5.0));
+    let both = LoadTest {
+        mass_kg: Some(1.0),
+        ..test
+    };
+    assert!(Protocol::Loads(both).validate().is_err());
+    let unknown = serde_json::from_str::<Protocol>(r#"{"protocol": "six-directions"}"#);
+    let sentence = unknown.unwrap_err().to_string();
+    assert!(sentence.contains("graspqp-all"), "{sentence}");
     let still = Protocol::Drop(Drop {
         gravity_m_s2: [0.0; 3],
         ..Drop::default()
     });
     assert!(still.validate().is_err());
+}
+
+/// A block of 40 × 20 × 24 mm, 0.4 mm from the jaws of the gripper, whose springs then press with 2 N each; the middle between
+/// the jaws is offset along x. `edit` changes a test without gravity in which the block of 0.1 kg is pushed along ±y, across the jaws, with friction 0.5.
+fn pinched(offset_m: f64, edit: impl Fn(&mut LoadTest)) -> Outcome {
+    const FORCE_N: f64 = 2.0;
+    const HALF_M: [f64; 3] = [0.02, 0.01, 0.012];
+    let hand = Hand::named("gripper_parallel").unwrap();
+    let mut x = hand.rest_coordinates();
+    // The block is centred between the jaws, away from the palm.
+    x[0] = offset_m;
+    x[2] = -0.03;
+    let joint = x.len() - 1;
+    x[joint] = HALF_M[0] + 0.0004;
+    let mut test = LoadTest::default();
+    test.mass_kg = Some(0.1);
+    test.friction = 0.5;
+    test.loads.directions = vec![[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]];
+    test.criterion.displacement_m = Some(0.005);
+    test.criterion.turn_rad = None;
+    edit(&mut test);
+    Protocol::Loads(test.clone()).validate().unwrap();
+    // A slide has the stiffness of a hinge at a lever of 0.1 m.
+    let stiffness_n_per_m = test.closing.stiffness_n_m * 100.0;
+    let squeezed = [HALF_M[0] - FORCE_N / stiffness_n_per_m];
+    let grasp = Grasp::new(x, Vec::new());
+    let protocol = Protocol::Loads(test);
+    simulate(
+        &hand,
+        &grasp,
+        Some(&squeezed),
+        &block(HALF_M),
+        0.3,
+        &protocol,
+    )
+}
+
+/// Two jaws of force F hold a load of at most 2 μ F: here 2 N, which is 20 m/s² at 0.1 kg.
+#[test]
+fn a_pinched_block_withstands_the_load_that_friction_bears() {
+    let held = |acceleration_m_s2: f64, edit: &dyn Fn(&mut LoadTest)| {
+        let outcome = pinched(0.0, |test| {
+            test.loads.acceleration_m_s2 = acceleration_m_s2;
+            edit(test);
+        });
+        assert_eq!(outcome.closed_by, ClosingRule::Given);
+        outcome.reason
+    };
+    assert_eq!(held(18.0, &|_| ()), Reason::Held);
+    assert_eq!(held(22.0, &|_| ()), Reason::Moved);
+    // The same for loads that follow each other, measured from the beginning of each.
+    let follow = |test: &mut LoadTest| {
+        test.loads.together = 2;
+        test.criterion.measured_from = MeasuredFrom::Load;
+    };
+    assert_eq!(held(18.0, &follow), Reason::Held);
+    assert_eq!(held(22.0, &follow), Reason::Moved);
+    // A block that slips out touches neither jaw in the end.
+    for contact in [EndContact::Hand, EndContact::Digits] {
+        let touching = |test: &mut LoadTest| {
+            test.criterion.displacement_m = None;
+            test.criterion.contact = contact;
+        };
+        assert_eq!(held(18.0, &touching), Reason::Held);
+        assert_eq!(held(22.0, &touching), Reason::Released);
+    }
+    // Volume 19.2 cm³, so that 0.1 kg are 5208 kg/m³. Without either, the block has its own 0.3 kg.
+    let dense = |density: f64| {
+        move |test: &mut LoadTest| {
+            test.mass_kg = None;
+            test.density_kg_m3 = Some(density);
+        }
+    };
+    assert_eq!(held(20.0, &dense(0.9 * 5208.0)), Reason::Held);
+    assert_eq!(held(20.0, &dense(1.1 * 5208.0)), Reason::Moved);
+    assert_eq!(held(10.0, &|test| test.mass_kg = None), Reason::Moved);
+    // Rigid jaws beside the block do not press.
+    let rigid = pinched(0.0, |test| test.closing.rule = ClosingRule::None);
+    assert_eq!(rigid.reason, Reason::Moved);
+}
+
+/// Friction bears no load across the jaws, but the springs do along them.
+#[test]
+fn all_half_or_any_of_the_trials_must_hold() {
+    let reason = |needed, directions: &[[f64; 3]]| {
+        let outcome = pinched(0.0, |test| {
+            test.loads.acceleration_m_s2 = 5.0;
+            test.friction = 0.05;
+            test.loads.directions = directions.to_vec();
+            test.loads.needed = needed;
+            test.loads.seconds = 1.0;
+        });
+        outcome.reason
+    };
+    let [along, across] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let quarter = [across, across, along, across];
+    assert_eq!(reason(Needed::All, &[along]), Reason::Held);
+    assert_eq!(reason(Needed::All, &quarter[..2]), Reason::Moved);
+    assert_eq!(reason(Needed::Half, &quarter), Reason::Moved);
+    assert_eq!(reason(Needed::Half, &quarter[1..3]), Reason::Held);
+    assert_eq!(reason(Needed::Any, &quarter), Reason::Held);
+}
+
+/// The jaws pull the block to the middle between them.
+#[test]
+fn closing_counts_only_where_it_is_measured() {
+    let reason = |measured_from| {
+        let outcome = pinched(0.0002, |test| {
+            test.loads.acceleration_m_s2 = 0.1;
+            test.criterion.displacement_m = Some(1e-4);
+            test.criterion.measured_from = measured_from;
+            test.loads.directions = vec![[1.0, 0.0, 0.0]];
+        });
+        outcome.reason
+    };
+    assert_eq!(reason(MeasuredFrom::File), Reason::Moved);
+    assert_eq!(reason(MeasuredFrom::Closed), Reason::Held);
+}
+
+/// Every rule closes the open jaws of a gripper on a block, whatever the direction of its joint.
+#[test]
+fn rules_close_the_jaws() {
+    for rule in [ClosingRule::Inwards, ClosingRule::Step, ClosingRule::Closed] {
+        let outcome = pinched(0.0, |test| {
+            test.closing = Closing {
+                rule,
+                ..test.closing
+            };
+            test.loads.acceleration_m_s2 = 1.0;
+        });
+        assert_eq!((outcome.reason, outcome.closed_by), (Reason::Held, rule));
+    }
 }
 
 #[cfg(feature = "cli")]

@@ -54,7 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 })
                 .collect();
             let drop = Protocol::Drop(protocol);
-            let outcome = simulate(&hand, &grasp.grasp, &solid, mass_kg, &drop);
+            let outcome = simulate(&hand, &grasp.grasp, None, &solid, mass_kg, &drop);
             json!({ "id": grasp.id, "capsules": capsules, "outcome": outcome })
         };
         let grasps: Vec<_> = population.grasps.par_iter().map(of_grasp).collect();

@@ -108,7 +108,7 @@ pub(crate) fn outcome(folder: &Path, name: &str, synth: &[&str]) -> Result<Outco
 
 const PROTOCOLS: [(&str, &str); 2] = [
     ("drop", ".dropped.parquet"),
-    ("six-directions", ".pushed.parquet"),
+    ("dexgraspbench", ".pushed.parquet"),
 ];
 
 fn run(words: &[&str]) -> Result<String, Failure> {

@@ -10,9 +10,9 @@ import landscape as ls
 
 @pytest.fixture(scope="module", params=["human", "gripper_parallel"])
 def held(request):
-    """Grasps that hold in the test of six directions, as many as there are."""
+    """Grasps that hold in the test of DexGraspBench, as many as there are."""
     hand = ls.Hand(request.param)
-    found = ls.synthesize(hand, ls.Object("bottle_round"), 8, seed=3).stability("six-directions")
+    found = ls.synthesize(hand, ls.Object("bottle_round"), 8, seed=3).stability("dexgraspbench")
     return hand, found[found.stable == 1]
 
 

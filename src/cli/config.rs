@@ -4,7 +4,7 @@ use anyhow::ensure;
 use clap::{Args, ValueEnum};
 
 use super::args::Common;
-use super::stability::ProtocolName;
+use super::stability::{protocol_names, published};
 use crate::cli::printing::{print, print_json};
 use crate::study::ConfigurationFile;
 
@@ -15,8 +15,8 @@ pub(super) struct Config {
     #[arg(value_name = "COMMAND", value_enum)]
     of: Configurable,
     /// The protocol of `stability`.
-    #[arg(long, value_enum)]
-    protocol: Option<ProtocolName>,
+    #[arg(long, value_name = "NAME", value_parser = protocol_names())]
+    protocol: Option<String>,
 }
 
 /// Commands that read files of settings.
@@ -37,7 +37,7 @@ Examples:
   landscape config build > mine.toml                       the settings of `build`, each with a comment
   landscape build grasps.parquet --config mine.toml        the same map, until mine.toml is edited
   landscape config synth > mine.toml                       those of energy and sampler
-  landscape config stability --protocol six-directions     those of another protocol
+  landscape config stability --protocol dexgraspbench      those of another protocol
 
 A file may leave out any of its keys; the defaults hold for them. Keys that begin with # are measured, depend on the
 energy, or have no default. Unknown keys are refused. Flags override the file.";
@@ -52,8 +52,8 @@ pub(super) fn run(command: &Config, common: &Common) -> anyhow::Result<()> {
         Configurable::Build => ConfigurationFile::Build,
         Configurable::Surface => ConfigurationFile::Surface,
         Configurable::Stability => {
-            let protocol = command.protocol.unwrap_or(ProtocolName::Drop);
-            ConfigurationFile::Stability(protocol.numbers())
+            let protocol = command.protocol.as_deref().unwrap_or("drop");
+            ConfigurationFile::Stability(published(protocol)?)
         }
     };
     if common.json {

@@ -332,7 +332,7 @@ fn files(
                 object: &population.object.name,
                 mesh: &mesh,
                 mass_kg,
-                six: squeezing_test(&file.metadata),
+                test: squeezing_test(&file.metadata),
                 grasps: rows.iter().map(|row| (row.id, &row.grasp)).collect(),
             };
             Ok(Watch::over(quiet, |run| scene.files(run.observer))?)

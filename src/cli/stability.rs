@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use serde_json::{Value, json};
 
 use super::args::{Again, Common, HandAndObject};
@@ -12,7 +13,7 @@ use super::input;
 use super::output::check_file;
 use super::run::{Watch, open_journal, stoppable};
 use crate::cli::printing::{explain_settings, tell_written};
-use crate::evaluation::stability::{Drop, Protocol, SixDirections};
+use crate::evaluation::stability::{NAMED, Protocol, named};
 use crate::study::{Run, Simulation, simulate_all, simulation_fingerprint, tally};
 
 /// Simulate grasps.
@@ -22,9 +23,9 @@ pub(super) struct Stability {
     #[arg(value_name = "FILE")]
     grasps: PathBuf,
     /// The protocol of the test; see below.
-    #[arg(long, value_enum, default_value_t = ProtocolName::Drop, conflicts_with = "settings")]
-    protocol: ProtocolName,
-    /// Your own protocol (TOML): `protocol = "drop"` or `"six-directions"` and any of its numbers.
+    #[arg(long, value_name = "NAME", value_parser = protocol_names(), default_value = "drop", conflicts_with = "settings")]
+    protocol: String,
+    /// Your own protocol (TOML): `protocol = "drop"` or another name, and any of its numbers.
     #[arg(long = "config", value_name = "FILE")]
     settings: Option<PathBuf>,
     /// The file to write; by default the name of the grasps with the ending `.stability.parquet`.
@@ -36,48 +37,45 @@ pub(super) struct Stability {
     again: Again,
 }
 
-/// Tests of stability.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum ProtocolName {
-    /// Gravity on an object in a rigid hand.
-    Drop,
-    /// Pushes along six directions in a hand that squeezes.
-    SixDirections,
-    /// Pushes along six directions in a rigid hand.
-    SixDirectionsRigid,
+/// The names of the published tests, each with what it is.
+pub(super) fn protocol_names() -> PossibleValuesParser {
+    let values = NAMED
+        .iter()
+        .map(|test| PossibleValue::new(test.name.as_str()).help(test.title.as_str()));
+    PossibleValuesParser::new(values)
 }
 
-impl ProtocolName {
-    /// The protocol with its standard numbers.
-    pub(super) fn numbers(self) -> Protocol {
-        match self {
-            Self::Drop => Protocol::Drop(Drop::default()),
-            Self::SixDirections => Protocol::SixDirections(SixDirections::default()),
-            Self::SixDirectionsRigid => Protocol::SixDirections(SixDirections::rigid()),
-        }
-    }
+/// The published test of one of [`protocol_names`].
+pub(super) fn published(name: &str) -> anyhow::Result<Protocol> {
+    named(name).with_context(|| format!("{name} is no protocol"))
 }
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
   landscape stability grasps.parquet                       grasps.stability.parquet: the same with a column `stable`
-  landscape stability grasps.parquet --protocol six-directions -o held.parquet
+  landscape stability grasps.parquet --protocol dexgraspbench -o held.parquet
   landscape config stability > mine.toml                   the protocol with all its numbers
   landscape stability grasps.parquet --config mine.toml    a protocol of your own
 
-Protocols (rigid bodies, Coulomb friction, the Rapier engine in its deterministic mode):
-  drop                  The test of Liu et al. (2021). The hand is rigid and does not move; gravity of 10 m/s² pulls the
-                        object down its z axis for 1000 steps of 1/60 s. A grasp is stable if the object falls less than
-                        0.3 m. The friction in contact is 0.25. The object first settles for a second without gravity,
-                        in which only parts that overlap press. The test ends early with a stable grasp if the object
-                        rests (it moves less than 10 µm in a quarter of a second).
-  six-directions        The test in use today (DexGraspBench). Gravity is off; the object weighs 0.1 kg and is pushed
-                        with 1 N along ±x, ±y and ±z, 2 s each. A grasp is stable if the object moves less than 5 cm and
-                        turns less than 15° in all six. The friction is 0.6. Springs pull the joints toward the object.
-  six-directions-rigid  The same with rigid joints.
-In every protocol, a grasp fails if hand and object overlap by more than 1 cm at the start.
+Protocols (rigid bodies, Coulomb friction, the Rapier engine in its deterministic mode). Each is a published test with the
+numbers of its source, which `landscape config stability --protocol NAME` prints:
+  drop                The hand is rigid and does not move; gravity of 10 m/s² pulls the object down its z axis for 1000
+                      steps of 1/60 s. A grasp holds if the object falls less than 0.3 m. The object first settles for a
+                      second without gravity, in which only parts that overlap press.
+  dexgraspbench       No gravity; the object weighs 0.1 kg and is pushed with 1 N along ±x, ±y and ±z, 2 s each, from the
+                      closed hand. A grasp holds if it moves less than 5 cm and turns less than 15° in all six.
+  dexgraspbench-hard  The same at half the friction, as Dexonomy has it.
+  dexgraspnet         The weight acts along ±x, ±y and ±z. A grasp holds if the hand still touches at the end of each.
+  graspqp             Pulls of 3 N on 0.2 kg along ±z, ±x, ±y. A grasp holds if it moves less than 3 cm along one axis.
+  graspqp-all         The same along all axes.
+  gendexgrasp         Joints close by 0.5 rad; six pushes follow each other. A grasp holds if it moves less than 2 cm in each.
+  graspdatagen        Joints close to their limits; five tugs follow each other. A grasp holds if two digits still press.
+Where the hand closes, springs pull its joints. Where a test needs squeezed joints and the file has none, they follow from
+contact forces that balance; the summary counts these grasps (closed_by). A test ends early with an object at rest (it
+moves less than 10 µm in a quarter of a second). In every protocol, a grasp fails if hand and object overlap by more than
+1 cm at the start.
 
-Adds the columns stable, stable_reason (held, overlap, fell, moved, turned, lost), stable_displacement_m and
+Adds the columns stable, stable_reason (held, overlap, fell, moved, turned, released, lost), stable_displacement_m and
 stable_turn_rad, and stores the protocol with all its numbers in the file's metadata. Objects are cut into convex
 pieces; the summary says how well these fit. An interrupted run continues where it stopped when the same command is
 given again.";
@@ -118,7 +116,7 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
 
 fn protocol(command: &Stability) -> anyhow::Result<Protocol> {
     let Some(path) = &command.settings else {
-        return Ok(command.protocol.numbers());
+        return published(&command.protocol);
     };
     let text = std::fs::read_to_string(path)
         .with_context(|| format!("--config: cannot read {}", path.display()))?;
@@ -140,6 +138,7 @@ fn value(found: &Simulation, protocol: &Protocol, output: &Path) -> Value {
         "grasps": found.outcomes.len(),
         "stable": found.stable(),
         "reasons": BTreeMap::from_iter(tally(reasons)),
+        "closed_by": found.closed_by(),
         "objects": found.fits,
         "protocol": protocol,
         "seconds": found.seconds,

@@ -1,12 +1,13 @@
 //! The grasps of a file in a physics engine.
 
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 use serde::Serialize;
 use serde_json::json;
 
-use super::{Run, StudyError};
-use crate::evaluation::stability::{Build, Fit, Outcome, Protocol, Solid, simulate};
+use super::{Run, StudyError, tally};
+use crate::evaluation::stability::{Build, ClosingRule, Fit, Outcome, Protocol, Solid, simulate};
 use crate::mesh::Mesh;
 use crate::store::{GraspFile, content_hash};
 use crate::topography::{Observer, Phase, Progress};
@@ -97,7 +98,7 @@ pub fn simulate_all(
             &tally,
             &population.grasps,
             |row| format!("grasp {}", row.id),
-            |row| simulate(&hand, &row.grasp, &solid, mass_kg, protocol),
+            |row| simulate(&hand, &row.grasp, None, &solid, mass_kg, protocol),
         )?;
         let ids = population.grasps.iter().map(|row| row.id);
         let outcomes: Vec<_> = ids.zip(outcomes).collect();
@@ -136,6 +137,12 @@ impl Simulation {
         outcomes.filter(|(_, outcome)| outcome.is_stable()).count()
     }
 
+    /// Number of grasps that closed by each rule, by the names of the rules.
+    pub fn closed_by(&self) -> BTreeMap<String, usize> {
+        let rules = self.outcomes.iter().map(|(_, outcome)| outcome.closed_by);
+        tally(rules.map(ClosingRule::name)).into_iter().collect()
+    }
+
     /// Writes outcomes into the rows of the file, and the protocol into its metadata.
     pub fn record(&self, file: &mut GraspFile, protocol: &Protocol) {
         let finite = |value: f64| value.is_finite().then_some(value);
@@ -150,6 +157,7 @@ impl Simulation {
         }
         file.metadata.stability = json!({
             "protocol": protocol,
+            "closed_by": self.closed_by(),
             "engine": ENGINE,
             "program_version": env!("CARGO_PKG_VERSION"),
             "objects": self.fits,

@@ -39,7 +39,7 @@ const RUNS: &str = r#"
     label | @/-g.parquet | --from | @/l.csv | --rule | @/rule.toml | --by | @/-my.labeller | --hand | @/own's hand.urdf | --object | @/Kugel ü.obj
     join | @/-g.parquet | @/held $1.parquet | --hand | @/own's hand.urdf | --object | @/Kugel ü.obj
     stability | @/-g.parquet | --config | @/short.toml | --hand | @/own's hand.urdf | --object | @/Kugel ü.obj
-    stability | @/one.parquet | --protocol | six-directions
+    stability | @/one.parquet | --protocol | dexgraspbench
     survey | @/held $1.parquet | --only-stable | --first | 3 | --family-barrier | 0.05 | --config | @/map it's.toml | --seed | 5 | --object | ball
     survey | @/-g.parquet | --no-map | --hand | @/own's hand.urdf
 "#;

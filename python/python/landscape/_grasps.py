@@ -30,7 +30,9 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 RotationForm = Literal["wxyz", "xyzw", "matrix"]
 Keep = Literal["strict", "published", "all"]
-Protocol = Literal["drop", "six-directions", "six-directions-rigid"]
+Protocol = Literal[
+    "drop", "dexgraspbench", "dexgraspbench-hard", "dexgraspnet", "graspqp", "graspqp-all", "gendexgrasp", "graspdatagen",
+]
 Rows = Union[int, slice, NDArray[Any], Sequence[int], Sequence[bool]]
 
 #: Columns of numbers and texts that :meth:`Grasps.column` knows.
@@ -543,8 +545,8 @@ class Grasps:
         Parameters
         ----------
         protocol
-            ``"drop"`` (T. Liu et al., arXiv:2104.09194), ``"six-directions"`` (of DexGraspBench) or
-            ``"six-directions-rigid"``.
+            ``"drop"`` (T. Liu et al., arXiv:2104.09194), ``"dexgraspbench"`` or another published test:
+            ``landscape stability --help`` lists them.
         config
             A TOML file with a protocol of your own.
         out

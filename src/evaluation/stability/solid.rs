@@ -75,6 +75,7 @@ pub struct Solid {
     pieces: Vec<Piece>,
     fit: Fit,
     reach_m: f64,
+    volume_m3: f64,
 }
 
 impl std::fmt::Debug for Solid {
@@ -115,6 +116,7 @@ impl Solid {
             .iter()
             .map(|vertex| (vertex - centre).norm())
             .fold(0.0, f64::max);
+        let volume_m3 = mesh.volume();
         if build == Build::Triangles {
             let shape = surface(mesh, vertices);
             let fit = Fit {
@@ -130,6 +132,7 @@ impl Solid {
                 pieces: Vec::new(),
                 fit,
                 reach_m,
+                volume_m3,
             };
         }
         let key = key(mesh);
@@ -154,6 +157,7 @@ impl Solid {
             pieces,
             fit,
             reach_m,
+            volume_m3,
         }
     }
 
@@ -177,6 +181,11 @@ impl Solid {
         self.reach_m
     }
 
+    /// Volume of the mesh, m³; what overlaps counts once.
+    pub fn volume_m3(&self) -> f64 {
+        self.volume_m3
+    }
+
     /// Moments of inertia of the uniform body of 1 kg about its centre of mass, in the axes of the object's frame, m².
     pub fn unit_inertia(&self) -> Matrix3<f64> {
         let matrix = self.unit.reconstruct_inertia_matrix();
@@ -190,6 +199,11 @@ impl Solid {
     /// Unit normal into the object at the point of its surface nearest to `point`.
     pub(super) fn inward_normal(&self, point: &Vector3<f64>) -> Vector3<f64> {
         -self.exact.nearest(point).normal
+    }
+
+    /// Signed distance of a point from the surface, metres; negative inside.
+    pub(super) fn distance_m(&self, point: &Vector3<f64>) -> f64 {
+        self.exact.distance(point)
     }
 
     pub(super) fn of_mass(&self, mass_kg: f64) -> MassProperties {

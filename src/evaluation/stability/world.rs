@@ -1,5 +1,7 @@
 //! A world of a few bodies in the physics engine.
 
+use std::collections::BTreeSet;
+
 use nalgebra::{Isometry3, Vector3};
 use rapier3d_f64::dynamics::{
     CoefficientCombineRule, FrictionModel, IntegrationParameters, LockedAxes, RigidBodyBuilder,
@@ -15,6 +17,7 @@ use super::convert::{from_vector, isometry, vector};
 use super::ghosts::NoGhosts;
 use super::settings::Solver;
 use super::solid::{Solid, motion};
+use crate::hand::{Hand, LinkId};
 use crate::mesh::Mesh;
 
 /// A holding part, of a hand or of a gripper.
@@ -174,6 +177,23 @@ impl World {
             .friction(self.friction)
             .friction_combine_rule(CoefficientCombineRule::Max)
             .collision_groups(groups(HOLDER, OBJECT))
+    }
+
+    /// A part of a link of a hand, by which [`World::pressing_parts`] knows the digit.
+    pub(super) fn holder(&self, part: &Part, hand: &Hand, link: LinkId) -> ColliderBuilder {
+        let digit = hand.links[link.0].digit;
+        self.collider(part).user_data(digit as u128)
+    }
+
+    /// The digits of the hand that pressed on the object in the last step; 0 is the palm, as in
+    /// [`Link::digit`](crate::hand::Link::digit).
+    pub(super) fn pressing_parts(&self) -> BTreeSet<u128> {
+        let pairs = self.physics.narrow_phase.contact_pairs();
+        let pressing = pairs.filter(|pair| pair.total_impulse_magnitude() > 0.0);
+        let ends = pressing.flat_map(|pair| [pair.collider1, pair.collider2]);
+        let colliders = ends.map(|end| &self.physics.colliders[end]);
+        let holders = colliders.filter(|collider| collider.parent() != Some(self.object));
+        holders.map(|collider| collider.user_data).collect()
     }
 
     /// Sets gravity, m/s², in the object's frame at the start.

@@ -17,7 +17,7 @@ use toml::{Table, Value};
 use super::experiment::overlay;
 use super::settings::{MapSearch, default_map};
 use super::{Experiment, GraspMapSettings};
-use crate::evaluation::stability::Protocol;
+use crate::evaluation::stability::{Protocol, named};
 use crate::formats::toml_text;
 use crate::limits::Beyond;
 use crate::topography::{FamilySettings, LowestSettings, MapSettings, SearchSettings};
@@ -26,10 +26,10 @@ pub(super) const SYNTH: &str = include_str!("synth.txt");
 const BUILD: &str = include_str!("build.txt");
 const SURFACE: &str = include_str!("surface.txt");
 const DROP: &str = include_str!("drop.txt");
-const SIX_DIRECTIONS: &str = include_str!("six_directions.txt");
+const LOADS: &str = include_str!("loads.txt");
 
 /// A file of settings that `landscape config` prints.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum ConfigurationFile {
     /// Of `synth`.
     Synth,
@@ -76,7 +76,7 @@ impl ConfigurationFile {
             Self::Stability(protocol) => {
                 let template = match protocol {
                     Protocol::Drop(_) => DROP,
-                    Protocol::SixDirections(_) => SIX_DIRECTIONS,
+                    Protocol::Loads(_) => LOADS,
                 };
                 (template, plain(protocol))
             }
@@ -188,10 +188,14 @@ fn check_keys(
 /// If the text is not TOML, names no protocol, or has unknown keys.
 pub fn protocol_of_text(text: &str) -> Result<Protocol, toml::de::Error> {
     let table: Table = toml_text::parse(text)?;
-    match table.get("protocol").and_then(Value::as_str) {
-        Some("drop") => parse(DROP, text),
-        Some("six-directions") => parse(SIX_DIRECTIONS, text),
-        _ => toml_text::parse(text),
+    match table
+        .get("protocol")
+        .and_then(Value::as_str)
+        .and_then(named)
+    {
+        Some(Protocol::Drop(_)) => parse(DROP, text),
+        Some(Protocol::Loads(_)) => parse(LOADS, text),
+        None => toml_text::parse(text),
     }
 }
 

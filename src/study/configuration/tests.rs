@@ -1,7 +1,7 @@
 use std::collections::BTreeSet;
 
 use super::*;
-use crate::evaluation::stability::{Drop, SixDirections};
+use crate::evaluation::stability::NAMED;
 use crate::grasp::EnergySettings;
 use crate::study::settings::{MapSearch, map_of};
 use crate::topography::MapSettings;
@@ -13,15 +13,15 @@ fn file(text: &str) -> (tempfile::TempDir, PathBuf) {
     (folder, path)
 }
 
-fn all() -> [ConfigurationFile; 6] {
-    [
+fn all() -> Vec<ConfigurationFile> {
+    let protocols = NAMED.iter().map(|test| test.protocol.clone());
+    let first = [
         ConfigurationFile::Synth,
         ConfigurationFile::Build,
         ConfigurationFile::Surface,
-        ConfigurationFile::Stability(Protocol::Drop(Drop::default())),
-        ConfigurationFile::Stability(Protocol::SixDirections(SixDirections::default())),
-        ConfigurationFile::Stability(Protocol::SixDirections(SixDirections::rigid())),
-    ]
+    ];
+    let protocols = protocols.map(ConfigurationFile::Stability);
+    first.into_iter().chain(protocols).collect()
 }
 
 /// The paths of all keys that are not sections.
@@ -135,7 +135,16 @@ fn templates_explain_every_key() {
         known.extend(
             told.iter()
                 .filter(|key| {
-                    let without_value = ["temperature", "force", "barrier"];
+                    let without_value = [
+                        "temperature",
+                        "force",
+                        "barrier",
+                        "mass_kg",
+                        "density_kg_m3",
+                        "force_n",
+                        "displacement_m",
+                        "turn_rad",
+                    ];
                     without_value.contains(&key.rsplit('.').next().unwrap_or_default())
                 })
                 .cloned(),
@@ -159,6 +168,7 @@ fn others(key: &str, value: &Value) -> Vec<Value> {
         Value::Float(number) => [0.5 * number, 0.9 * number, 0.25, 2.0 * number + 1.0]
             .map(Value::from)
             .into(),
+        Value::Array(parts) if parts[0].is_array() => vec![Value::Array(parts[1..].to_vec())],
         Value::Array(numbers) => [0.5, 2.0]
             .map(|factor| {
                 let scaled = numbers
@@ -172,6 +182,10 @@ fn others(key: &str, value: &Value) -> Vec<Value> {
                 "search" => &["adelm"],
                 "worst" => &["chain", "saddle"],
                 "protocol" => &[],
+                "rule" => &["squeeze", "none"],
+                "needed" => &["half", "all"],
+                "measured_from" => &["closed", "load"],
+                "contact" => &["hand", "digits"],
                 other => panic!("no other value of {other} is known"),
             };
             words.iter().map(|word| Value::from(*word)).collect()
@@ -311,7 +325,7 @@ fn scales_of_a_file_replace_those_that_were_measured() {
 /// More keys than anybody can know are no help: a new one must replace another or be worth it.
 #[test]
 fn files_have_few_keys() {
-    let templates = [SYNTH, BUILD, SURFACE, DROP, SIX_DIRECTIONS];
+    let templates = [SYNTH, BUILD, SURFACE, DROP, LOADS];
     let count: usize = templates
         .map(|template| settable(template).len())
         .iter()
@@ -327,7 +341,7 @@ fn only_keys_of_the_template_can_be_set() {
         "[map.chain]\nescalation = 3.0\n",
         "[search.quench]\nmax_step = 0.1\n",
         "protocol = \"drop\"\nrest = { time_s = 1.0 }\n",
-        "protocol = \"six-directions\"\nsolver = { substeps = 3 }\n",
+        "protocol = \"dexgraspbench\"\nsolver = { substeps = 3 }\n",
     ]) {
         let refusal = read(of, text).unwrap_err();
         assert!(refusal.contains("line 2: unknown key"), "{refusal}");

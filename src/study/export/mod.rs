@@ -11,7 +11,9 @@ mod urdf;
 pub use mujoco::MujocoScene;
 pub use urdf::hand_urdf;
 
-use crate::evaluation::stability::{Build, Protocol, SixDirections, Solid, joint_targets};
+use crate::evaluation::stability::{
+    Build, ClosingRule, LoadTest, Protocol, Solid, joint_targets,
+};
 use crate::grasp::Grasp;
 use crate::grasp::closing::opened;
 use crate::hand::Hand;
@@ -54,16 +56,16 @@ pub fn check_rigid(hand: &Hand) -> Result<(), ExportError> {
 pub struct Approach {
     /// The contacts are about [`OPENED_M`] away from the object.
     pub before: Vec<f64>,
-    /// Targets of joint springs that press as the test of six directions does.
+    /// Targets of joint springs that press as the test of [`squeezing_test`] does.
     pub squeezed: Vec<f64>,
 }
 
-/// The test of six directions by which the grasps of a file were simulated; otherwise the standard one.
-pub fn squeezing_test(metadata: &Metadata) -> SixDirections {
+/// The test with loads by which the grasps of a file were simulated, if the hand closed in it; otherwise the standard one.
+pub fn squeezing_test(metadata: &Metadata) -> LoadTest {
     let protocol = metadata.stability["protocol"].clone();
     match serde_json::from_value(protocol) {
-        Ok(Protocol::SixDirections(six)) => six,
-        _ => SixDirections::default(),
+        Ok(Protocol::Loads(test)) if test.closing.rule != ClosingRule::None => test,
+        _ => LoadTest::default(),
     }
 }
 
@@ -75,14 +77,14 @@ pub fn approaches(
     hand: &Hand,
     mesh: &Mesh,
     grasps: &[&Grasp],
-    six: &SixDirections,
+    test: &LoadTest,
 ) -> Vec<Approach> {
     let exact = ExactMesh::new(mesh);
     // Only the surface and the centre of mass are needed, so the object is not cut into pieces.
     let solid = Solid::new(mesh, Build::Triangles);
     let approach = |grasp: &&Grasp| Approach {
         before: opened(hand, &exact, grasp, OPENED_M),
-        squeezed: joint_targets(hand, grasp, &solid, six),
+        squeezed: joint_targets(hand, grasp, None, &solid, test),
     };
     grasps.iter().map(approach).collect()
 }

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use super::text::{comment, name, numbers, obj};
 use super::tree::{Attached, Moving, attached, names};
 use super::{ExportError, ExportedFile, check_rigid};
-use crate::evaluation::stability::{SixDirections, Solid, Squeeze, joint_targets};
+use crate::evaluation::stability::{Closing, LoadTest, Solid, joint_targets};
 use crate::figure::MAKER;
 use crate::grasp::Grasp;
 use crate::hand::{Capsule, Frame, Hand, JointKind, LinkId};
@@ -38,7 +38,7 @@ pub struct MujocoScene<'a> {
     /// Its mass, kilograms; the scene names it but has that of the test.
     pub mass_kg: f64,
     /// The test whose mass, friction and springs the scene has.
-    pub six: SixDirections,
+    pub test: LoadTest,
     /// The grasps with their ids.
     pub grasps: Vec<(u64, &'a Grasp)>,
 }
@@ -64,6 +64,7 @@ impl MujocoScene<'_> {
             scene: self,
             names: names(self.hand, &TAKEN),
             links: attached(self.hand),
+            tested_kg: self.test.mass_kg(&solid, self.mass_kg),
             files: Vec::new(),
             assets: String::new(),
         };
@@ -93,6 +94,8 @@ struct Writer<'a> {
     scene: &'a MujocoScene<'a>,
     names: Vec<String>,
     links: Vec<Attached<'a>>,
+    /// Mass of the object in the test, kilograms.
+    tested_kg: f64,
     files: Vec<ExportedFile>,
     assets: String,
 }
@@ -102,13 +105,13 @@ impl Writer<'_> {
         let MujocoScene {
             hand,
             object,
-            six,
+            test,
             mass_kg,
             ..
         } = self.scene;
         format!(
             "<mujoco model=\"{}\">\n  \
-             <!-- Made by {MAKER}: hand {} on {}, which weighs {mass_kg} kg; here {} kg, as in the test of six directions. -->\n  \
+             <!-- Made by {MAKER}: hand {} on {}, which weighs {mass_kg} kg; here {} kg, as in the test `{}`. -->\n  \
              <compiler angle=\"radian\" autolimits=\"true\"/>\n  \
              <option timestep=\"{TIME_STEP_S}\" integrator=\"implicitfast\" cone=\"elliptic\" impratio=\"10\"/>\n  \
              <default>\n    \
@@ -120,9 +123,10 @@ impl Writer<'_> {
             name(&format!("{} on {object}", hand.name)),
             comment(&hand.name),
             comment(object),
-            six.mass_kg,
-            Squeeze::ARMATURE_KG_M2,
-            friction = six.friction,
+            self.tested_kg,
+            test.protocol,
+            Closing::ARMATURE_KG_M2,
+            friction = test.friction,
         )
     }
 
@@ -182,7 +186,7 @@ impl Writer<'_> {
             } else {
                 [0.0; 2]
             };
-            let density = Squeeze::DENSITY_KG_M3;
+            let density = Closing::DENSITY_KG_M3;
             let mass = hand.link_mass(part.id, density, least);
             if mass.mass_kg > 0.0 {
                 inertial(text, &indent, mass.mass_kg, &mass.centre, &mass.inertia);
@@ -242,7 +246,7 @@ impl Writer<'_> {
 
     fn object(&mut self, text: &mut String, solid: &Solid) {
         let mesh = self.scene.mesh;
-        let mass_kg = self.scene.six.mass_kg;
+        let mass_kg = self.tested_kg;
         text.push_str("    <body name=\"object\">\n      <freejoint name=\"object\"/>\n");
         inertial(
             text,
@@ -289,24 +293,24 @@ impl Writer<'_> {
 
     /// A spring for each joint of the hand, in their order.
     fn actuators(&self, text: &mut String) {
-        let squeeze = &self.scene.six.squeeze;
+        let springs = &self.scene.test.closing;
         text.push_str("  <actuator>\n");
         for joint in &self.scene.hand.joints {
             let lever = joint.kind.radians_per_unit();
             // Beyond these targets a spring at a limit pulls no harder.
-            let beyond = squeeze.torque_limit_n_m / squeeze.stiffness_n_m / lever;
+            let beyond = springs.torque_limit_n_m / springs.stiffness_n_m / lever;
             let [lower, upper] = joint.limits;
             let range = if joint.wraps {
                 String::new()
             } else {
                 format!(" ctrlrange=\"{} {}\"", lower - beyond, upper + beyond)
             };
-            let most = squeeze.torque_limit_n_m * lever;
+            let most = springs.torque_limit_n_m * lever;
             let _ = writeln!(
                 text,
                 "    <position name=\"{name}\" joint=\"{name}\" kp=\"{}\" kv=\"{}\" forcerange=\"-{most} {most}\"{range}/>",
-                squeeze.stiffness_n_m * lever.powi(2),
-                squeeze.damping_n_m_s * lever.powi(2),
+                springs.stiffness_n_m * lever.powi(2),
+                springs.damping_n_m_s * lever.powi(2),
                 name = name(&joint.name),
             );
         }
@@ -316,7 +320,7 @@ impl Writer<'_> {
     fn keyframes(&self, text: &mut String, solid: &Solid) {
         text.push_str("  <keyframe>\n");
         for (id, grasp) in &self.scene.grasps {
-            let targets = joint_targets(self.scene.hand, grasp, solid, &self.scene.six);
+            let targets = joint_targets(self.scene.hand, grasp, None, solid, &self.scene.test);
             let pose = &grasp.pose;
             let _ = writeln!(
                 text,

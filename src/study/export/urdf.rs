@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use super::text::{comment, name, numbers, obj};
 use super::tree::{Attached, Moving, attached};
 use super::{ExportError, ExportedFile, check_rigid};
-use crate::evaluation::stability::Squeeze;
+use crate::evaluation::stability::{Closing, LoadTest};
 use crate::figure::MAKER;
 use crate::hand::{Capsule, Frame, Hand, JointKind, LinkId};
 
@@ -95,7 +95,7 @@ fn link(
     } else {
         [0.0; 2]
     };
-    let mass = hand.link_mass(part.id, Squeeze::DENSITY_KG_M3, least);
+    let mass = hand.link_mass(part.id, Closing::DENSITY_KG_M3, least);
     if mass.mass_kg > 0.0 {
         let i = &mass.inertia;
         let _ = writeln!(
@@ -208,7 +208,7 @@ fn joint(text: &mut String, hand: &Hand, part: &Attached<'_>) {
         let _ = writeln!(
             text,
             "    <limit {range}effort=\"{}\" velocity=\"{}\"/>",
-            Squeeze::default().torque_limit_n_m * lever,
+            LoadTest::default().closing.torque_limit_n_m * lever,
             VELOCITY / lever
         );
         if let Some([ratio, offset]) = moving.follows {

@@ -98,8 +98,8 @@ pub(crate) const MAPPING: &str = "translation = [\"translation_m_x\", \"translat
 rotation = [\"rotation_w\", \"rotation_x\", \"rotation_y\", \"rotation_z\"]\nrotation_form = \"xyzw\"\nrotation_unit = \"deg\"\nframe = \"hand_from_object\"\n\
 joints = { jaw = \"jaw\" }\njoint_unit = \"deg\"\nscale = \"scale\"\nid = \"id\"\nlabel = \"label\"\ncontacts = \"contacts\"\n";
 
-pub(crate) const PROTOCOL: &str = "protocol = \"six-directions\"\nmass_kg = 0.1\nforce_n = 1.0\npush_s = 2.0\nrigid = false\nfriction = 0.6\n\
-[squeeze]\nforce_n = 4.0\nstiffness_n_m = 5.0\n";
+pub(crate) const PROTOCOL: &str = "protocol = \"dexgraspbench\"\nmass_kg = 0.1\nfriction = 0.6\n[closing]\nrule = \"squeeze\"\nforce_n = 4.0\n\
+stiffness_n_m = 5.0\n[loads]\ndirections = [[1, 0, 0], [0.0, -1.0, 0.5]]\nseconds = 2.0\n[criterion]\ndisplacement_m = 0.05\n";
 
 pub(crate) const POINTS: &str = "# two points\n0.5 -1.0\n1e-3, 2 # the second\n";
 

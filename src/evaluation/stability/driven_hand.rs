@@ -10,102 +10,18 @@ use rapier3d_f64::math::{Pose, Rotation};
 use rapier3d_f64::parry::mass_properties::MassProperties;
 
 use super::convert::{frame, vector};
-use super::judge::{balls, capsules};
-use super::settings::{SixDirections, Squeeze};
+use super::hand_parts::{balls, capsules};
+use super::load_test::Closing;
 use super::solid::Solid;
 use super::world::World;
-use crate::grasp::Grasp;
-use crate::grasp::closure::{PointContact, contact_forces};
 use crate::hand::{Hand, JointKind, LinkId, Motion, PosedHand};
 
 /// Mass and inertia added to each link, since a link may have no geometry (a joint of two axes is two links).
 const LEAST_MASS_KG: f64 = 1e-3;
 const LEAST_INERTIA_KG_M2: f64 = 1e-7;
 
-/// The joint coordinates to which [`Squeeze`] drives the hand of a grasp, radians or metres.
-///
-/// # Panics
-/// If the grasp is one of another hand.
-pub fn joint_targets(hand: &Hand, grasp: &Grasp, solid: &Solid, six: &SixDirections) -> Vec<f64> {
-    let mut posed = PosedHand::default();
-    hand.pose(&grasp.pose, &mut posed);
-    let closing = closing(hand, &posed, &grasp.contacts, solid, six);
-    let joints = grasp.pose.joints().iter();
-    joints
-        .zip(closing)
-        .map(|(q, closing)| q + closing)
-        .collect()
-}
-
-/// Differences of the joint targets from the grasp's coordinates, radians (metres of slides): Jᵀf/k, see [`Squeeze`]. The
-/// stiffness of a slide is that of a hinge at the lever of [`JointKind::radians_per_unit`].
-pub(super) fn closing(
-    hand: &Hand,
-    posed: &PosedHand,
-    contacts: &[u32],
-    solid: &Solid,
-    six: &SixDirections,
-) -> Vec<f64> {
-    let squeeze = &six.squeeze;
-    let forces = pressing(posed, contacts, solid, six);
-    let mut loads = vec![0.0; hand.joints.len()];
-    for (&contact, force) in contacts.iter().zip(forces) {
-        let point = posed.points[contact as usize];
-        let mut link = Some(hand.surface[contact as usize].link);
-        while let Some(LinkId(l)) = link {
-            if let Some(motion) = &hand.links[l].motion {
-                let placed = &posed.object_from_link[l];
-                let axis = placed.direction(&motion.axis);
-                let load = match motion.kind {
-                    JointKind::Hinge => axis.dot(&(point - placed.translation).cross(&force)),
-                    JointKind::Slide => axis.dot(&force),
-                };
-                loads[motion.joint] += motion.ratio * load;
-            }
-            link = hand.links[l].parent;
-        }
-    }
-    let stiffness = |kind: JointKind| squeeze.stiffness_n_m * kind.radians_per_unit().powi(2);
-    let loads = loads.iter().zip(&hand.joints);
-    loads
-        .map(|(load, joint)| load / stiffness(joint.kind))
-        .collect()
-}
-
-/// Contact forces that have the given mean and balance each other; equal forces along the normals if none balance.
-fn pressing(
-    posed: &PosedHand,
-    contacts: &[u32],
-    solid: &Solid,
-    six: &SixDirections,
-) -> Vec<Vector3<f64>> {
-    let force_n = six.squeeze.force_n;
-    let centre = solid.centre();
-    let bare: Vec<PointContact> = contacts
-        .iter()
-        .map(|&contact| {
-            let point = posed.points[contact as usize];
-            PointContact {
-                arm: (point - centre) / TORQUE_UNIT_M,
-                inward_normal: solid.inward_normal(&point),
-            }
-        })
-        .collect();
-    let sum_n = force_n * bare.len() as f64;
-    match contact_forces(&bare, six.friction) {
-        Some(balanced) => balanced.forces.iter().map(|force| force * sum_n).collect(),
-        None => bare
-            .iter()
-            .map(|contact| contact.inward_normal * force_n)
-            .collect(),
-    }
-}
-
-/// Scales the arms to order one; the balance does not depend on it.
-const TORQUE_UNIT_M: f64 = 0.05;
-
-/// Adds `hand` as chains of bodies on a fixed root. Joint coordinates are relative to the grasp; their targets are
-/// `closing`, radians or metres.
+/// Adds `hand` as chains of bodies on a fixed root. Joint coordinates are relative to `posed`, and so are their `targets`,
+/// radians or metres.
 ///
 /// Each chain that begins at the root is a multibody of its own, because the root does not move: the engine's work grows
 /// with the square and the cube of the joints of a multibody.
@@ -114,8 +30,8 @@ pub(super) fn add_hand(
     hand: &Hand,
     posed: &PosedHand,
     solid: &Solid,
-    closing: &[f64],
-    squeeze: &Squeeze,
+    targets: &[f64],
+    springs: &Closing,
 ) {
     let mut joints = Vec::new();
     let mut bodies: Vec<RigidBodyHandle> = Vec::with_capacity(hand.links.len());
@@ -148,8 +64,8 @@ pub(super) fn add_hand(
                     [parent, handle],
                     parent_pose.inv_mul(&placed),
                     motion,
-                    motion.ratio * closing[motion.joint],
-                    squeeze,
+                    motion.ratio * targets[motion.joint],
+                    springs,
                 ));
                 handle
             }
@@ -165,7 +81,9 @@ pub(super) fn add_hand(
         world.physics.insert_collider(collider, Some(handle));
     };
     for (link, part, fills) in capsules(hand, posed) {
-        let collider = world.collider(&part).density(Squeeze::DENSITY_KG_M3);
+        let collider = world
+            .holder(&part, hand, link)
+            .density(Closing::DENSITY_KG_M3);
         // A capsule that fills a mesh has its mass; the balls of the mesh touch.
         let collider = if fills {
             collider.collision_groups(InteractionGroups::none())
@@ -175,14 +93,14 @@ pub(super) fn add_hand(
         fix(world, link, collider);
     }
     for (link, part) in balls(hand, posed, solid) {
-        let collider = world.collider(&part).density(0.0);
+        let collider = world.holder(&part, hand, link).density(0.0);
         fix(world, link, collider);
     }
     // The only damping is that of the motors.
     for joint in joints {
         if let Some((multibody, _)) = world.physics.multibody_joints.get_mut(joint) {
             multibody.damping_mut().fill(0.0);
-            multibody.armature_mut().fill(Squeeze::ARMATURE_KG_M2);
+            multibody.armature_mut().fill(Closing::ARMATURE_KG_M2);
         }
     }
 }
@@ -192,8 +110,8 @@ fn join(
     [parent, child]: [RigidBodyHandle; 2],
     parent_from_child: Pose,
     motion: &Motion,
-    closing: f64,
-    squeeze: &Squeeze,
+    target: f64,
+    springs: &Closing,
 ) -> MultibodyJointHandle {
     let turned = Pose::from_rotation(Rotation::from_rotation_arc(
         vector(&Vector3::x()),
@@ -210,11 +128,11 @@ fn join(
         .motor_model(moved, MotorModel::ForceBased)
         .motor_position(
             moved,
-            closing,
-            squeeze.stiffness_n_m * lever.powi(2),
-            squeeze.damping_n_m_s * lever.powi(2),
+            target,
+            springs.stiffness_n_m * lever.powi(2),
+            springs.damping_n_m_s * lever.powi(2),
         )
-        .motor_max_force(moved, squeeze.torque_limit_n_m * lever);
+        .motor_max_force(moved, springs.torque_limit_n_m * lever);
     world
         .physics
         .insert_multibody_joint(parent, child, joint)
