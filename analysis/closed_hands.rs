@@ -6,7 +6,6 @@
 //! chosen afterwards. The seed and the number of chains may be given: `--example closed_hands 7 64`.
 
 mod chains;
-mod interval;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::error::Error;
@@ -16,7 +15,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use chains::Chains;
-use interval::interval;
+use landscape::agreement::wilson;
 use landscape::evaluation::stability::{LoadTest, Protocol};
 use landscape::evaluation::taxonomy::{Labeller, Rule, UNLISTED};
 use landscape::grasp::closing::capsule_touches;
@@ -152,7 +151,7 @@ fn row(hand: &str, object: &str, kept: &[Kept], chains: u64) -> String {
     let range = if total == 0 {
         dash()
     } else {
-        let [low, high] = interval(holds as f64, total as f64).map(|bound| 100.0 * bound);
+        let [low, high] = wilson(holds as f64, total as f64).map(|bound| 100.0 * bound);
         format!("{low:.0} to {high:.0} %")
     };
     // What touches is asked of capsules, which do not fill boxes.

@@ -7,7 +7,6 @@
 
 #[expect(dead_code, reason = "each program uses a part")]
 mod chains;
-mod interval;
 
 use std::error::Error;
 use std::fmt::Write;
@@ -16,7 +15,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use chains::Chains;
-use interval::interval;
+use landscape::agreement::wilson;
 use landscape::grasp::synthesis::Synthesized;
 use landscape::hand::{Hand, HandFiles};
 use landscape::object::Object;
@@ -68,7 +67,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let mut hold = "– | –".to_owned();
             if total > 0.0 {
                 let held = held.iter().filter(|held| **held).count() as f64;
-                let [low, high] = interval(held, total).map(|bound| 100.0 * bound);
+                let [low, high] = wilson(held, total).map(|bound| 100.0 * bound);
                 let share = 100.0 * held / total;
                 hold = format!("{share:.0} % | {low:.0} to {high:.0} %");
             }

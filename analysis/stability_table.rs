@@ -4,7 +4,6 @@
 
 #[expect(dead_code, reason = "each program uses a part")]
 mod chains;
-mod interval;
 mod table;
 
 use std::error::Error;
@@ -14,7 +13,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use chains::Chains;
-use interval::interval;
+use landscape::agreement::wilson;
 use landscape::evaluation::stability::{Closing, ClosingRule, LoadTest, Protocol};
 use landscape::grasp::energy::AUTHORS_UNIT_M;
 use landscape::grasp::measure_contacts;
@@ -140,7 +139,7 @@ fn share(rows: &[&Row], outcome: usize) -> String {
     }
     let of = known.len() as f64;
     let count = known.iter().filter(|held| **held).count() as f64;
-    let [low, high] = interval(count, of).map(|bound| 100.0 * bound);
+    let [low, high] = wilson(count, of).map(|bound| 100.0 * bound);
     format!("{:.1} % [{low:.1}, {high:.1}] of {of}", 100.0 * count / of)
 }
 

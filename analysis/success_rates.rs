@@ -4,7 +4,6 @@
 //! candidates, three, five and eight contacts, and ball with bottle. Beside them are chains of the default energy (*closed*),
 //! which has no contact set and whose steps are descents. Runs in the .csv are not repeated; delete it to start again.
 
-mod interval;
 #[expect(dead_code, reason = "each program uses a part")]
 mod method;
 mod table;
@@ -15,7 +14,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use interval::interval;
+use landscape::agreement::wilson;
 use landscape::figure::chart::{Axis, Chart, Corner, Panel, Series};
 use landscape::grasp::paper::PaperSettings;
 use landscape::grasp::{Grasp, Judgement};
@@ -186,7 +185,7 @@ fn text(runs: &[(String, &str, &Line)], table: &Table) -> String {
 fn row(text: &mut String, name: &str, line: &Line, rows: &[Vec<f64>]) {
     let [.., last, refined] = rows else { return };
     let share = |count: f64| {
-        let [low, high] = interval(count, CHAINS as f64);
+        let [low, high] = wilson(count, CHAINS as f64);
         format!("{count} ({:.1}–{:.1} %)", 100.0 * low, 100.0 * high)
     };
     let _ = write!(text, "| {name} | {}", line.object);

@@ -4,8 +4,6 @@
 //! after annealing, and with up to eight annealed attempts. The picture shows, for the last method, the first search that
 //! the exact test confirms at μ = 0.5, with its friction cones, and the share of confirmed searches.
 
-#[path = "../interval.rs"]
-mod interval;
 #[expect(dead_code, reason = "other programs use all of it")]
 #[path = "../relaxed.rs"]
 mod relaxed;
@@ -15,7 +13,7 @@ use std::error::Error;
 use std::fs;
 use std::path::Path;
 
-use interval::interval;
+use landscape::agreement::wilson;
 use landscape::figure::{Image, Marker, Scene, Surface, contact_sheet};
 use landscape::grasp::filter::STRICT_FRICTION;
 use landscape::object::Object;
@@ -101,7 +99,7 @@ fn tally(found: &[ContactPoints]) -> Tally {
 /// A row of the table.
 fn row(object: &str, contacts: &str, tallies: &[Tally; 3]) -> String {
     let cells = tallies.map(|[searches, confirmed, relaxed, both]| {
-        let [low, high] = interval(confirmed, searches).map(|share| 100.0 * share);
+        let [low, high] = wilson(confirmed, searches).map(|share| 100.0 * share);
         let share = 100.0 * confirmed / searches;
         format!("{share:.1} ({low:.1}–{high:.1}) | {both} of {relaxed}")
     });

@@ -8,8 +8,6 @@
 #[path = "../chains.rs"]
 mod chains;
 mod closed;
-#[path = "../interval.rs"]
-mod interval;
 #[path = "../../tests/published/mod.rs"]
 mod published;
 #[path = "../table.rs"]
@@ -22,7 +20,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use interval::interval;
+use landscape::agreement::wilson;
 use landscape::figure::contact_sheet;
 use landscape::hand::{HAND_NAMES, Hand, HandError, HandFiles};
 use landscape::store::content_hash;
@@ -158,7 +156,7 @@ fn text(
             return Err("a row of the table is broken".into());
         };
         let hold = if kept > 0.0 {
-            let [low, high] = interval(held, kept).map(|share| 100.0 * share);
+            let [low, high] = wilson(held, kept).map(|share| 100.0 * share);
             format!("{:.0} % ({low:.0}–{high:.0} %)", 100.0 * held / kept)
         } else {
             "–".to_owned()

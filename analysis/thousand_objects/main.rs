@@ -6,8 +6,6 @@
 //! in a folder of its number with an OBJ file and a URDF file that tells its scale. COUNT takes evenly spaced ones only.
 //! Everything that is in FOLDER already is kept, so that an interrupted run goes on.
 
-#[path = "../interval.rs"]
-mod interval;
 mod outcome;
 
 use std::collections::BTreeMap;
@@ -15,7 +13,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use interval::interval;
+use landscape::agreement::wilson;
 use landscape::figure::chart::{Axis, Chart, Panel, Series};
 use outcome::{Failure, Outcome, outcome, percent, text};
 
@@ -89,7 +87,7 @@ fn report(found: &[(String, Outcome)]) -> Result<String, Failure> {
     let seconds: f64 = found.iter().map(|(_, one)| one.seconds).sum();
     let told = |test: fn(&outcome::Row) -> bool| {
         let count = rows().filter(|row| test(row)).count();
-        let [low, high] = interval(count as f64, kept.max(1) as f64);
+        let [low, high] = wilson(count as f64, kept.max(1) as f64);
         format!(
             "{} % [{:.1}, {:.1}]",
             percent(count, kept),
@@ -100,7 +98,7 @@ fn report(found: &[(String, Outcome)]) -> Result<String, Failure> {
     let mut forces: Vec<f64> = rows().map(|row| row.gives.force).collect();
     forces.sort_by(f64::total_cmp);
     let chains_told = usize::try_from(chains)?;
-    let [low, high] = interval(kept as f64, chains as f64);
+    let [low, high] = wilson(kept as f64, chains as f64);
     let mut text = format!(
         "# Objects that nobody here chose\n\n{CHAINS} chains of the human hand with seed {SEED} on each of {} random objects of \
          `pybullet_data`, by `cargo run --release --example thousand_objects`. Intervals are Wilson's, 95 %, over grasps.\n\n\

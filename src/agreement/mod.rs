@@ -13,6 +13,7 @@ mod groups;
 mod hill;
 mod pairs;
 mod partition;
+mod share;
 mod test;
 
 pub use correlation::{Correlation, mantel, partial_mantel, pearson, spearman};
@@ -30,6 +31,7 @@ pub use partition::{
     Comparison, adjusted_mutual_information, adjusted_rand, agreement_of_cuts, cuts_between,
     highest,
 };
+pub use share::wilson;
 pub use test::{
     Outcome, Permutations, Resampled, Tested, UnderUncertainty, bootstrap, holm, test_labels,
     test_order, test_uncertain_labels,

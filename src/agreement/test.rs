@@ -215,7 +215,7 @@ pub struct Resampled {
 }
 
 impl Resampled {
-    fn new(all: Vec<f64>) -> Self {
+    pub(crate) fn new(all: Vec<f64>) -> Self {
         let count = all.len();
         let mut values = all;
         values.retain(|value| !value.is_nan());

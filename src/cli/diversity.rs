@@ -1,6 +1,5 @@
 //! `landscape diversity`: which of several sets of grasps is more diverse.
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -13,7 +12,7 @@ use super::run::Watch;
 use crate::evaluation::taxonomy::Rule;
 use crate::store::{GraspFile, LandscapeFiles};
 use crate::study::{
-    DiversitySet, DiversitySettings, Run, StudyError, check_set_sizes, compare_diversity, name_of,
+    DiversitySet, DiversitySettings, Run, StudyError, check_set_sizes, compare_diversity,
 };
 
 /// Compare how diverse sets of grasps are.
@@ -78,7 +77,7 @@ pub(super) fn run(command: &Diversity, common: &Common) -> anyhow::Result<()> {
     let output = given_or_beside(command.output.as_ref(), &command.sets[0], "diversity")?;
     let inputs: Vec<&Path> = command.sets.iter().map(PathBuf::as_path).collect();
     check_report(&output, &inputs, common.force)?;
-    let names = names(&command.sets);
+    let names = input::names(&command.sets);
     let opened = (command.sets.iter())
         .map(|path| Opened::of(command, path, common))
         .collect::<anyhow::Result<Vec<_>>>()?;
@@ -146,17 +145,4 @@ impl Opened {
             }
         }
     }
-}
-
-/// The names of the files and folders, or their paths if two names are the same.
-fn names(paths: &[PathBuf]) -> Vec<String> {
-    let short: Vec<String> = paths.iter().map(|path| name_of(path)).collect();
-    let different: BTreeSet<&String> = short.iter().collect();
-    if different.len() == paths.len() {
-        return short;
-    }
-    paths
-        .iter()
-        .map(|path| path.display().to_string())
-        .collect()
 }

@@ -1,6 +1,7 @@
 //! Inputs that flags name: hands, objects, files of grasps and landscapes, with their warnings.
 
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
@@ -10,7 +11,7 @@ use crate::hand::HandFiles;
 use crate::limits::{OBJECT_SCALE, WALL_THICKNESS};
 use crate::printable::counted;
 use crate::store::{GraspFile, HandMetadata, LandscapeFiles, ObjectMetadata, Overrides};
-use crate::study::{self, InputError};
+use crate::study::{self, InputError, name_of};
 
 /// The files of the hand that a flag names: a built-in hand, or a URDF or MJCF file with an optional JSON side file of the
 /// same stem. Files that these refer to must be in `folder`, or in the same folder.
@@ -154,4 +155,17 @@ pub(super) fn warn(warnings: &[String]) {
             warnings.len() - 5
         ));
     }
+}
+
+/// The names of the files and folders, or their paths if two names are the same.
+pub(super) fn names(paths: &[PathBuf]) -> Vec<String> {
+    let short: Vec<String> = paths.iter().map(|path| name_of(path)).collect();
+    let different: BTreeSet<&String> = short.iter().collect();
+    if different.len() == paths.len() {
+        return short;
+    }
+    paths
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect()
 }

@@ -27,6 +27,7 @@ mod input;
 mod inspect;
 mod interruption;
 mod join;
+mod judge;
 mod label;
 mod manuals;
 mod object_inspect;
@@ -103,6 +104,9 @@ enum Command {
     /// Show which of several sets of grasps is more diverse
     #[command(after_help = diversity::EXAMPLES)]
     Diversity(diversity::Diversity),
+    /// Judge sets of grasps by the tests and measures of several publications
+    #[command(after_help = judge::examples())]
+    Judge(judge::Judge),
     /// Map all grasps of a data set, and show what its objects cover, share and lack
     #[command(after_help = survey::EXAMPLES)]
     Survey(survey::Survey),
@@ -144,6 +148,7 @@ Examples:
   landscape draw grasps.landscape --lowest 50              grasps.view/: the same pictures of its 50 lowest minima
   landscape diff warm.landscape cold.landscape             the minima and merges that moved
   landscape diversity one.parquet other.parquet            which of the two sets of grasps is more diverse
+  landscape judge mine.parquet theirs.parquet              published tests and measures of both sets, side by side
   landscape survey grasps/                                 grasps.survey/: what the files of a whole data set cover
 
 A landscape consists of the local minima of the energy and of the barriers between them; docs/glossary.md explains the
@@ -328,6 +333,7 @@ fn dispatch(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Compare(command) => compare::run(command, common),
         Command::Diff(command) => diff::run(command, common),
         Command::Diversity(command) => diversity::run(command, common),
+        Command::Judge(command) => judge::run(command, common),
         Command::Survey(command) => survey::run(command, common),
         Command::Thermodynamics(command) => thermodynamics::run(command, common),
         Command::Rates(command) => rates::run(command, common),

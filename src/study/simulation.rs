@@ -98,7 +98,10 @@ pub fn simulate_all(
             &tally,
             &population.grasps,
             |row| format!("grasp {}", row.id),
-            |row| simulate(&hand, &row.grasp, None, &solid, mass_kg, protocol),
+            |row| {
+                let squeezed = row.squeeze_joints.as_deref();
+                simulate(&hand, &row.grasp, squeezed, &solid, mass_kg, protocol)
+            },
         )?;
         let ids = population.grasps.iter().map(|row| row.id);
         let outcomes: Vec<_> = ids.zip(outcomes).collect();

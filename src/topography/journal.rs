@@ -191,9 +191,9 @@ impl Journal for GuardedJournal<'_> {
 }
 
 /// A journal whose keys have a prefix of their own, so that several rounds of the same tasks can share a journal.
-pub(super) struct Prefixed<'a> {
-    pub(super) journal: &'a dyn Journal,
-    pub(super) prefix: &'a str,
+pub(crate) struct Prefixed<'a> {
+    pub(crate) journal: &'a dyn Journal,
+    pub(crate) prefix: &'a str,
 }
 
 impl Journal for Prefixed<'_> {

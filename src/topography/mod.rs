@@ -37,6 +37,8 @@ pub use barrier::{Connection, Connector, Crossing, Pair, Start};
 pub use build::{Addition, MapSettings, PairSearch, build_landscape, grow_landscape};
 pub use difference::{Match, MergeChange, NEIGHBOUR_REACH, TooNear, TreeDifference};
 pub use families::{Families, FamilySettings, Level};
+#[cfg(feature = "cli")]
+pub(crate) use journal::Prefixed;
 pub use journal::{GuardedJournal, Journal, JournalError, MemoryJournal, Run};
 pub use landscape::{Landscape, NoMinimum};
 pub use merges::{Merge, minimax_path};

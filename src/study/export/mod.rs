@@ -11,9 +11,7 @@ mod urdf;
 pub use mujoco::MujocoScene;
 pub use urdf::hand_urdf;
 
-use crate::evaluation::stability::{
-    Build, ClosingRule, LoadTest, Protocol, Solid, joint_targets,
-};
+use crate::evaluation::stability::{Build, ClosingRule, LoadTest, Protocol, Solid, joint_targets};
 use crate::grasp::Grasp;
 use crate::grasp::closing::opened;
 use crate::hand::Hand;
@@ -73,12 +71,7 @@ pub fn squeezing_test(metadata: &Metadata) -> LoadTest {
 pub const OPENED_M: f64 = 0.01;
 
 /// Coordinates from which the hand closes and to which it presses, for each of some grasps on one object.
-pub fn approaches(
-    hand: &Hand,
-    mesh: &Mesh,
-    grasps: &[&Grasp],
-    test: &LoadTest,
-) -> Vec<Approach> {
+pub fn approaches(hand: &Hand, mesh: &Mesh, grasps: &[&Grasp], test: &LoadTest) -> Vec<Approach> {
     let exact = ExactMesh::new(mesh);
     // Only the surface and the centre of mass are needed, so the object is not cut into pieces.
     let solid = Solid::new(mesh, Build::Triangles);
