@@ -175,7 +175,7 @@ fn table(names: &[&str], sets: &[&MeasuredSet], first: Measure, end: Option<Meas
             } else {
                 ""
             };
-            let digits = if shown < 0.995 && shown > 0.0 { 3 } else { 2 };
+            let digits = if shown < 0.995 && shown > 5e-4 { 3 } else { 2 };
             let _ = write!(text, " {shown:.digits$}{arrow} |");
         }
         text.push('\n');
