@@ -47,10 +47,28 @@ pub(crate) const SIDE: &str = r#"{"name": "s", "without": ["c"], "surface_points
 "capsules": {"a": [{"a_m": [0, 0, 0], "b_m": [0, 0, 0.1], "radius_m": 0.01}]}, "rest_deg": {"j": 10}, "deviation_deg": {"j": 5},
 "synergies": [{"name": "y", "variance": 1, "weights": {"j": 1}}], "independent_share": 0.5, "metric": {"radius_of_gyration_m": 0.05, "levers_m": {"j": 0.01}}}"#;
 
-pub(crate) const ISAAC: &str = "format: isaac_grasp\nformat_version: \"1.0\"\nobject_frame_link: /World/mug\nobject_scale: 0.5\n\
-gripper_frame_link: palm\ngrasps:\n  'grasp_0': # first\n    confidence: 1.0\n    position: [0.0, 0.0, -0.12]\n\
-    orientation: {w: 1.0, xyz: [0.0, 0.0, 0.0]}\n    cspace_position: {jaw: 0.03}\n  \"grasp_1\":\n    position:\n      - 0\n\
-      - 1e-2\n      - -.1\n    orientation:\n      w: 0\n      xyz: [0, 0, 1]\n    pregrasp_cspace_position:\n      jaw: 0.04\n";
+pub(crate) const ISAAC: &str = r#"format: isaac_grasp
+format_version: "1.0"
+object_frame_link: /World/mug
+object_scale: 0.5
+gripper_frame_link: palm
+grasps:
+  'grasp_0': # first
+    confidence: 1.0
+    position: [0.0, 0.0, -0.07]
+    orientation: {w: 1.0, xyz: [0.0, 0.0, 0.0]}
+    cspace_position: {jaw: 0.03}
+  "grasp_1":
+    position:
+      - 0
+      - 1e-2
+      - -.07
+    orientation:
+      w: 0
+      xyz: [0, 0, 1]
+    pregrasp_cspace_position:
+      jaw: 0.04
+"#;
 
 pub(crate) const TRANSFORMS: &str = r#"{"object": {"file": "mug.obj", "scale": 0.5}, "grasps": {"transforms":
 [[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, -0.12], [0, 0, 0, 1]], [[0, -1, 0, 0.1], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]],
