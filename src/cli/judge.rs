@@ -36,6 +36,10 @@ pub(super) struct Judge {
     /// The object of files that do not describe theirs.
     #[arg(long, value_name = "NAME|FILE", value_hint = clap::ValueHint::FilePath)]
     object: Option<String>,
+    /// Measure each object by N of its grasps (mean over twenty random choices), so that sets of different size are
+    /// comparable; objects with fewer grasps do not count. Tests see all grasps.
+    #[arg(long, value_name = "N")]
+    at: Option<usize>,
     /// Seed of the resamplings.
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -93,6 +97,10 @@ pub(super) fn run(command: &Judge, common: &Common) -> anyhow::Result<()> {
         !(tests.is_empty() && measures.is_empty()),
         "--tests none --measures none: nothing is left to do"
     );
+    ensure!(
+        command.at != Some(0),
+        "--at 0: a number of grasps, 1 or more, is needed"
+    );
     let output = given_or_beside(command.output.as_ref(), &command.sets[0], "judge")?;
     let inputs: Vec<&Path> = command.sets.iter().map(PathBuf::as_path).collect();
     check_report(&output, &inputs, common.force)?;
@@ -118,6 +126,7 @@ pub(super) fn run(command: &Judge, common: &Common) -> anyhow::Result<()> {
         measures,
         resampling: Resampling {
             seed: command.seed,
+            at: command.at,
             ..Resampling::default()
         },
     };

@@ -1,5 +1,6 @@
 //! The picture of a judgement: a small panel for each test and each measure, with the sets side by side.
 
+use super::report::shown_unit;
 use super::verdict::Verdicts;
 use crate::figure::chart::{Axis, Chart, Panel, Series};
 use crate::figure::theme;
@@ -20,12 +21,14 @@ impl Verdicts {
             panels.extend(self.panel(&test.name, "hold (%)", &found.collect::<Vec<Shown>>(), true));
         }
         for (place, measure) in self.settings.measures.iter().enumerate() {
+            let (factor, unit) = shown_unit(*measure);
             let found = self.sets.iter().map(|set| {
                 let found = &set.measures[place];
-                Some((found.value?, found.interval))
+                let interval = found.interval.map(|ends| ends.map(|end| factor * end));
+                Some((factor * found.value?, interval))
             });
             let found: Vec<Shown> = found.collect();
-            panels.extend(self.panel(measure.title(), measure.unit(), &found, false));
+            panels.extend(self.panel(measure.name(), unit, &found, false));
         }
         Chart {
             columns: panels.len().clamp(1, 4),
@@ -63,7 +66,7 @@ impl Verdicts {
         let x = Axis::linear("").with_range(-0.7, found.len() as f64 - 0.3);
         Some(Panel::new(
             title,
-            x.with_ticks([]),
+            x.with_ticks((0..found.len()).map(|set| (set as f64, String::new()))),
             Axis::linear(unit).with_range(lowest, lowest + 1.06 * (room - lowest)),
             series,
         ))

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use super::measures::{Better, Measured};
+use super::measures::{Better, Measure, Measured};
 use super::verdict::{SetVerdict, Verdicts};
 use crate::figure::MAKER;
 use crate::store::GraspFile;
@@ -45,6 +45,9 @@ impl Verdicts {
             let _ = writeln!(text, "\n## Measures\n");
             text += &self.measures();
         }
+        if !self.settings.tests.is_empty() {
+            text += &self.sources();
+        }
         text
     }
 
@@ -55,7 +58,7 @@ impl Verdicts {
 
     fn tests(&self) -> String {
         let heads = self.heads("test");
-        let heads: Vec<&str> = heads.iter().map(String::as_str).chain(["source"]).collect();
+        let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
         let rows = self.settings.tests.iter().enumerate().map(|(place, test)| {
             let cell = |set: &SetVerdict| {
                 let found = &set.tests[place];
@@ -63,13 +66,17 @@ impl Verdicts {
                 format!("{:.1} [{low:.1}, {high:.1}]", 100.0 * found.holds)
             };
             let cells = self.sets.iter().map(cell);
-            [test.name.clone()]
-                .into_iter()
-                .chain(cells)
-                .chain([test.source.clone()])
-                .collect()
+            [test.name.clone()].into_iter().chain(cells).collect()
         });
         table(&heads, rows)
+    }
+
+    /// What each test is, and where it comes from.
+    fn sources(&self) -> String {
+        let tests = self.settings.tests.iter();
+        let lines =
+            tests.map(|test| format!("- **{}.** {} {}\n", test.name, test.about, test.source));
+        format!("\n## The tests\n\n{}", lines.collect::<String>())
     }
 
     /// For each two tests, on how many grasps they disagree.
@@ -129,7 +136,11 @@ impl Verdicts {
             .iter()
             .enumerate()
             .map(|(place, measure)| {
-                let cells = self.sets.iter().map(|set| shown(&set.measures[place]));
+                let (factor, unit) = shown_unit(*measure);
+                let cells = self
+                    .sets
+                    .iter()
+                    .map(|set| shown(&set.measures[place], factor));
                 let better = match measure.better() {
                     Better::More => "more",
                     Better::Less => "less",
@@ -139,16 +150,33 @@ impl Verdicts {
                 [measure.title().to_owned()]
                     .into_iter()
                     .chain(cells)
-                    .chain([measure.unit(), better, counted].map(str::to_owned))
+                    .chain([unit, better, counted].map(str::to_owned))
                     .collect()
             });
         let mut text = table(&heads, rows);
         if let Some(deciding) = self.settings.deciding() {
+            let name = &self.settings.tests[deciding].name;
             let _ = writeln!(
                 text,
-                "\n“Held” are the grasps that hold in the test {}.",
-                self.settings.tests[deciding].name
+                "\n“Held” are the grasps that hold in the test {name}."
             );
+        }
+        match self.settings.resampling.at {
+            Some(at) => {
+                let _ = writeln!(
+                    text,
+                    "Every measure sees {at} grasps of each object: the mean over twenty random choices. Objects with fewer do \
+                     not count."
+                );
+            }
+            None if self.sets.len() > 1 => {
+                let _ = writeln!(
+                    text,
+                    "Entropies, unique and distinct grasps, effective numbers and the Vendi score grow with the number of grasps: \
+                     compare sets of different size with --at."
+                );
+            }
+            None => {}
         }
         text
     }
@@ -237,14 +265,22 @@ impl Verdicts {
     }
 }
 
-/// A value with its interval, to three digits.
-fn shown(found: &Measured) -> String {
+/// The unit in which a measure is shown, and the factor to it: lengths in millimetres.
+pub(super) fn shown_unit(measure: Measure) -> (f64, &'static str) {
+    match measure.unit() {
+        "m" => (1e3, "mm"),
+        unit => (1.0, unit),
+    }
+}
+
+/// A value with its interval, times a factor, to three digits.
+fn shown(found: &Measured, factor: f64) -> String {
     match (found.value, found.interval) {
         (Some(value), Some(ends)) => {
-            let [low, high] = ends.map(digits);
-            format!("{} [{low}, {high}]", digits(value))
+            let [low, high] = ends.map(|end| digits(factor * end));
+            format!("{} [{low}, {high}]", digits(factor * value))
         }
-        (Some(value), None) => digits(value),
+        (Some(value), None) => digits(factor * value),
         (None, _) => "–".to_owned(),
     }
 }
