@@ -17,7 +17,7 @@ use toml::{Table, Value};
 use super::experiment::overlay;
 use super::settings::{MapSearch, default_map};
 use super::{Experiment, GraspMapSettings};
-use crate::evaluation::stability::{Protocol, named};
+use crate::evaluation::stability::{NAMED, Protocol, named};
 use crate::formats::toml_text;
 use crate::limits::Beyond;
 use crate::topography::{FamilySettings, LowestSettings, MapSettings, SearchSettings};
@@ -48,7 +48,10 @@ impl ConfigurationFile {
     /// Never: settings are plain data.
     pub fn text(&self) -> String {
         let (template, values) = self.parts();
-        rendered(template, &values)
+        let name = values.get("protocol").and_then(Value::as_str);
+        let test = NAMED.iter().find(|test| name == Some(test.name.as_str()));
+        let head = test.map(|test| format!("# {}\n# Source: {}\n\n", test.about, test.source));
+        head.unwrap_or_default() + &rendered(template, &values)
     }
 
     /// The settings that a file may set, as they are without one.
