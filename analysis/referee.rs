@@ -46,10 +46,18 @@ fn main() -> Result<(), Failure> {
             fs::copy(root.join("data/grasps.parquet"), path)?;
             Ok(())
         })?,
-        made(&folder.join("paper_bottle.parquet"), |path| paper(&folder, path))?,
-        made(&folder.join("default_objects.parquet"), |path| default_objects(&folder, path))?,
-        made(&folder.join("DexGraspNet.parquet"), |path| dexgraspnet(&data, &folder, path))?,
-        made(&folder.join("people.parquet"), |path| people(&data, &folder, path))?,
+        made(&folder.join("paper_bottle.parquet"), |path| {
+            paper(&folder, path)
+        })?,
+        made(&folder.join("default_objects.parquet"), |path| {
+            default_objects(&folder, path)
+        })?,
+        made(&folder.join("DexGraspNet.parquet"), |path| {
+            dexgraspnet(&data, &folder, path)
+        })?,
+        made(&folder.join("people.parquet"), |path| {
+            people(&data, &folder, path)
+        })?,
     ];
     let output = root.join("figures/referee");
     let mut words = vec!["judge"];
@@ -59,7 +67,10 @@ fn main() -> Result<(), Failure> {
     words.extend(["--at", AT, "-q", "-o", text(&output)?]);
     landscape(&words)?;
     // Outcomes of grasps that are not ours stay here.
-    fs::rename(root.join("figures/referee.grasps.csv"), folder.join("grasps.csv"))?;
+    fs::rename(
+        root.join("figures/referee.grasps.csv"),
+        folder.join("grasps.csv"),
+    )?;
     fs::remove_file(root.join("figures/referee.json"))?;
     Ok(())
 }
@@ -86,8 +97,14 @@ fn paper(folder: &Path, path: &Path) -> Result<(), Failure> {
     let rows = ends.iter().flatten().enumerate().map(|(id, grasp)| {
         let mut row = BTreeMap::from([
             ("id".to_owned(), json!(id)),
-            ("translation_m".to_owned(), json!(grasp.pose.translation_m())),
-            ("rotation_wxyz".to_owned(), json!(grasp.pose.rotation_wxyz())),
+            (
+                "translation_m".to_owned(),
+                json!(grasp.pose.translation_m()),
+            ),
+            (
+                "rotation_wxyz".to_owned(),
+                json!(grasp.pose.rotation_wxyz()),
+            ),
             ("contacts".to_owned(), json!(grasp.contacts)),
         ]);
         let joints = hand.joints.iter().zip(grasp.pose.joints());
@@ -95,13 +112,28 @@ fn paper(folder: &Path, path: &Path) -> Result<(), Failure> {
         json!(row)
     });
     let rows: Vec<Value> = rows.collect();
-    println!("{} of {PAPER_CHAINS} ends of the paper's energy pass Eq. 11", rows.len());
+    println!(
+        "{} of {PAPER_CHAINS} ends of the paper's energy pass Eq. 11",
+        rows.len()
+    );
     let table = folder.join("paper_bottle.json");
     fs::write(&table, serde_json::to_vec(&rows)?)?;
     let mapping = folder.join("paper_bottle.toml");
-    fs::write(&mapping, "translation = \"translation_m\"\nrotation = \"rotation_wxyz\"\n")?;
+    fs::write(
+        &mapping,
+        "translation = \"translation_m\"\nrotation = \"rotation_wxyz\"\n",
+    )?;
     landscape(&[
-        "import", text(&table)?, "--hand", "human", "--object", BOTTLE, "--mapping", text(&mapping)?, "-q", "-o",
+        "import",
+        text(&table)?,
+        "--hand",
+        "human",
+        "--object",
+        BOTTLE,
+        "--mapping",
+        text(&mapping)?,
+        "-q",
+        "-o",
         text(path)?,
     ])
 }
@@ -110,11 +142,23 @@ fn default_objects(folder: &Path, path: &Path) -> Result<(), Failure> {
     let mut files = Vec::new();
     for object in OBJECT_NAMES {
         let seed = SEED.to_string();
-        files.push(made(&folder.join(format!("default_{object}.parquet")), |path| {
-            landscape(&[
-                "synth", "--object", object, "-n", CHAINS, "--seed", &seed, "-q", "-o", text(path)?,
-            ])
-        })?);
+        files.push(made(
+            &folder.join(format!("default_{object}.parquet")),
+            |path| {
+                landscape(&[
+                    "synth",
+                    "--object",
+                    object,
+                    "-n",
+                    CHAINS,
+                    "--seed",
+                    &seed,
+                    "-q",
+                    "-o",
+                    text(path)?,
+                ])
+            },
+        )?);
     }
     joined(&files, path)
 }
@@ -128,7 +172,15 @@ fn dexgraspnet(data: &Path, folder: &Path, path: &Path) -> Result<(), Failure> {
         let mesh = of.join(format!("meshes/{name}.obj"));
         files.push(made(&folder.join(format!("{name}.parquet")), |path| {
             landscape(&[
-                "import", text(&file)?, "--hand", text(&hand)?, "--object", text(&mesh)?, "-q", "-o", text(path)?,
+                "import",
+                text(&file)?,
+                "--hand",
+                text(&hand)?,
+                "--object",
+                text(&mesh)?,
+                "-q",
+                "-o",
+                text(path)?,
             ])
         })?);
     }
@@ -142,12 +194,26 @@ fn people(data: &Path, folder: &Path, path: &Path) -> Result<(), Failure> {
     for file in sorted(&of.join("csv_mano"))? {
         let name = file.file_stem().unwrap_or_default().to_string_lossy();
         let meshes = ["obj", "stl"].map(|ending| of.join(format!("objects/{name}.{ending}")));
-        let mesh = meshes.iter().find(|mesh| mesh.exists()).ok_or("an object has no mesh")?;
-        files.push(made(&folder.join(format!("people_{name}.parquet")), |path| {
-            landscape(&[
-                "import", text(&file)?, "--hand", text(&hand)?, "--object", text(mesh)?, "-q", "-o", text(path)?,
-            ])
-        })?);
+        let mesh = meshes
+            .iter()
+            .find(|mesh| mesh.exists())
+            .ok_or("an object has no mesh")?;
+        files.push(made(
+            &folder.join(format!("people_{name}.parquet")),
+            |path| {
+                landscape(&[
+                    "import",
+                    text(&file)?,
+                    "--hand",
+                    text(&hand)?,
+                    "--object",
+                    text(mesh)?,
+                    "-q",
+                    "-o",
+                    text(path)?,
+                ])
+            },
+        )?);
     }
     joined(&files, path)
 }

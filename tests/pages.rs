@@ -275,6 +275,19 @@ fn the_tutorial_of_published_grasps_runs() {
 
 #[cfg(unix)]
 #[test]
+fn the_tutorial_of_judging_runs() {
+    let made = [
+        "set.judge.md",
+        "set.judge.grasps.csv",
+        "two.png",
+        "judged.parquet",
+    ];
+    let desk = follow("judge_data_set.md", &made);
+    assert!(read(&desk.path("two.md")).contains("| dexgraspbench |"));
+}
+
+#[cfg(unix)]
+#[test]
 fn the_tutorial_of_energies_runs() {
     let made = ["min.data", "ts.data", "tree.nwk", "report.html"];
     let made = made.map(|name| format!("lj-7.landscape/{name}"));

@@ -197,6 +197,15 @@ def test_diversity_of_two_sets(grasps, tmp_path):
         ls.diversity(grasps, grasps)
 
 
+def test_sets_are_judged(grasps, tmp_path):
+    told = ls.judge(grasps[:2], tests=["drop"], measures=["q1"], out=tmp_path / "told")
+    [found] = told["sets"]
+    assert found["grasps"] == 2 and 0 <= found["tests"][0]["holds"] <= 1
+    assert (tmp_path / "told.csv").read_text().count("\n") == 3
+    with pytest.raises(ls.InputError, match="--tests fall"):
+        ls.judge(grasps, tests=["fall"])
+
+
 def test_files_of_grasps_are_joined(tmp_path):
     shipped = ls.Grasps.read(Path(__file__).parents[2] / "data/grasps.parquet")
     both = ls.join(shipped[:3], shipped[3:5], out=tmp_path / "both.parquet")

@@ -269,7 +269,9 @@ fn made_here(path: &Path) -> bool {
         "glb" => {
             fs::read(path).is_ok_and(|bytes| holds(&bytes, &format!("\"generator\":\"{MAKER} ")))
         }
-        "csv" => head.starts_with(b"id,"),
+        "csv" => [&b"id,"[..], b"set,kind,", b"set,id,"]
+            .iter()
+            .any(|start| head.starts_with(start)),
         "npy" => head.starts_with(b"\x93NUMPY"),
         "json" => fs::read(path).is_ok_and(|bytes| made_json(&bytes)),
         "labeller" => fs::read_to_string(path).is_ok_and(|text| Taught::parse(&text).is_ok()),

@@ -43,6 +43,7 @@ const RUNS: &str = "
     compare of two landscapes | compare g.landscape g.landscape -o two
     diff | diff g.landscape other.landscape
     diversity | diversity thirty.parquet
+    judge | judge g.parquet --tests drop,graspqp --measures q1,types
     survey | survey g.parquet thirty.parquet --first 30 --no-map -o counted.survey
     survey | survey g.parquet --first 3 --no-report
     a task of a survey | survey g.parquet --first 3 --no-report -o shared.survey --task 1/2

@@ -12,6 +12,7 @@ mod hand_notes;
 mod interruptions;
 mod join;
 mod json;
+mod judge;
 mod manuals;
 mod objects;
 mod outputs;

@@ -47,6 +47,7 @@ const VERBS: &str = "
     report | report s.landscape | s.landscape | quick
     compare | compare g.landscape | g.landscape | slow
     diversity | diversity thirty.parquet | thirty.parquet | slow
+    judge | judge few.parquet --tests drop --measures distinct | few.parquet | slow
     survey | survey g.parquet few.parquet --no-map -o all.survey | g.parquet few.parquet | slow
     import of grasps | import g.csv --hand human --object ball | g.csv | quick
     import of a landscape | import database | database | quick

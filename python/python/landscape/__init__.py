@@ -10,7 +10,7 @@ from ._errors import EnergyError, GradientError, InputError, InternalError, Land
 from ._grasps import Energy, Evaluation, Grasps, Labeller, import_grasps, join, learn, synthesize
 from ._hands import Hand, Object
 from ._landscape import (
-    Coverage, Difference, Landscape, MinimaxPath, Tree, build, diversity, import_landscape, load,
+    Coverage, Difference, Landscape, MinimaxPath, Tree, build, diversity, import_landscape, judge, load,
 )
 from ._native import HAND_NAMES, OBJECT_NAMES, __version__
 from ._surfaces import (
@@ -22,6 +22,6 @@ __all__ = [
     "HAND_NAMES", "OBJECT_NAMES", "Atoms", "Box", "Coverage", "Descents", "Difference", "Energy", "EnergyError", "Euclidean",
     "Evaluation", "FixedFrame", "GradientError", "Grasps", "Hand", "InputError", "InternalError", "Labeller", "Landscape",
     "LandscapeError", "MinimaxPath", "NothingFoundError", "Object", "Periodic", "Rotations", "Table", "Torus", "Tree",
-    "__version__", "build", "command", "diversity", "evaluate", "explore", "from_ase", "import_grasps", "import_landscape",
+    "__version__", "build", "command", "diversity", "evaluate", "explore", "from_ase", "import_grasps", "import_landscape", "judge",
     "join", "learn", "load", "main", "map", "quench", "synthesize",
 ]

@@ -753,6 +753,51 @@ def import_landscape(folder: StrPath, out: StrPath | None = None, *, family_barr
     return Landscape(target, _keeps=keeps)
 
 
+def judge(
+    *sets: Grasps | StrPath, tests: Sequence[str] | None = None, measures: Sequence[str] | None = None, at: int | None = None,
+    seed: int = 0, out: StrPath | None = None, force: bool = False, progress: bool | None = None,
+) -> dict[str, Any]:
+    """Sets of grasps under published tests and measures, as ``landscape judge --json``.
+
+    Parameters
+    ----------
+    sets
+        Grasps and files of grasps, whose names they have in the result. Grasps that are in memory only are called
+        ``set_1.parquet``, ``set_2.parquet``, … by their place among the arguments.
+    tests, measures
+        Names of tests and measures; by default all. Empty for none.
+    at
+        Number of grasps of each object that measures see, so that sets of different size are comparable; by default all.
+    seed
+        Seed of the resamplings.
+    out
+        The files to write, without their endings ``.md``, ``.json``, ``.csv``, ``.grasps.csv``, ``.svg`` and ``.png``; by
+        default none are kept.
+    force
+        Whether to replace files that landscape did not write.
+    progress
+        Whether to show progress bars; by default if standard error is a terminal.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, or a set has no grasps.
+    """
+    from ._grasps import Grasps
+
+    folder = Folder()
+    stem = folder / "judge" if out is None else Path(out)
+    paths = [
+        each._file(folder / f"set_{place}.parquet") if isinstance(each, Grasps) else Path(each)
+        for place, each in enumerate(sets, 1)
+    ]
+    chosen = {name: None if names is None else ",".join(names) or "none" for name, names in [("tests", tests), ("measures", measures)]}
+    given = flags(**chosen, at=at, seed=whole("seed", seed) or None, force=force)
+    told = command("judge", *paths, "--json", *given, "--quiet", "--output", stem, progress=progress)
+    made: dict[str, Any] = json.loads(told)
+    return made
+
+
 def diversity(
     *sets: Grasps | Landscape | StrPath, family_barrier: float | None = None, resamplings: int | None = None, seed: int = 0,
     out: StrPath | None = None, force: bool = False, progress: bool | None = None,
