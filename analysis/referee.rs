@@ -85,8 +85,8 @@ fn made(path: &Path, make: impl FnOnce(&Path) -> Result<(), Failure>) -> Result<
 
 /// Refined ends of the paper's energy, as the authors' code has it, that pass Eq. 11.
 fn paper(folder: &Path, path: &Path) -> Result<(), Failure> {
-    let hand = Arc::new(Hand::load("human")?);
-    let object = Arc::new(Object::load(BOTTLE)?);
+    let hand = Arc::new(Hand::named("human")?);
+    let object = Arc::new(Object::named(BOTTLE)?);
     let method = Method::paper(&hand, &object, PaperSettings::released());
     let ends = (0..PAPER_CHAINS).into_par_iter().map(|chain| {
         let end = method.run(SEED, chain, &mut |_, _| ());
