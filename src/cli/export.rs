@@ -11,7 +11,9 @@ use super::args::{Common, HandAndObject};
 use super::input;
 use super::output::{check_file, check_folder, make_folder};
 use super::run::Watch;
+use super::stability::{protocol_names, published};
 use crate::cli::printing::tell_text;
+use crate::evaluation::stability::Protocol;
 use crate::figure::Scene;
 use crate::grasp::Grasp;
 use crate::hand::Hand;
@@ -22,7 +24,8 @@ use crate::store::exchange::{
 };
 use crate::store::{FileSet, GraspFile, GraspRow, HandMetadata, Population, write_atomic};
 use crate::study::{
-    Approach, ExportedFile, MujocoScene, approaches, check_rigid, hand_urdf, squeezing_test,
+    Approach, ExportedFile, MujocoScene, approaches, check_rigid, hand_urdf,
+    squeezing_test,
 };
 
 /// Write grasps for other programs.
@@ -37,6 +40,10 @@ pub(super) struct Export {
     /// Export only the grasp with this id; may be given several times.
     #[arg(long, value_name = "ID")]
     grasp: Vec<u64>,
+    /// The published test of a scene of MuJoCo (`stability --help` describes the tests); by default the one by which the grasps
+    /// were simulated if the hand closes in it, and dexgraspbench otherwise.
+    #[arg(long, value_name = "NAME", value_parser = protocol_names(), hide_possible_values = true)]
+    protocol: Option<String>,
     /// The file to write (a folder for dexonomy, mujoco, urdf, glb and usd); by default in the current folder, named after the
     /// grasps.
     #[arg(long, short, value_name = "PATH")]
@@ -78,6 +85,7 @@ Examples:
   landscape export grasps.parquet csv                      grasps.csv: a row for each grasp, a column for each joint
   landscape export grasps.parquet qpos -o grasps.npy       rows of MuJoCo's qpos: position, quaternion w x y z, joints
   landscape export grasps.parquet mujoco                   grasps.mujoco/: scene.xml with a keyframe for each grasp
+  landscape export grasps.parquet mujoco --protocol graspqp -o scene    the same for another test than dexgraspbench
   landscape export grasps.parquet urdf                     grasps.hand/: the hand as URDF, with its meshes
   landscape export grasps.parquet isaac_grasp              grasps.isaac_grasp.yaml, for Isaac Sim
   landscape export grasps.parquet graspgen                 grasps.graspgen.json: poses without joints, for parallel grippers
@@ -149,12 +157,17 @@ pub(super) fn run(command: &Export, common: &Common) -> anyhow::Result<()> {
     } else {
         check_folder(&output, &inputs, |name| format.writes(name), common)?;
     }
+    ensure!(
+        command.protocol.is_none() || matches!(format, ExportFormat::Mujoco),
+        "--protocol: only the format mujoco is a scene of a test"
+    );
     let file = input::grasps(&command.grasps, &command.of, common)?;
     input::all_known("--grasp", &command.grasp, &file, &command.grasps)?;
     let chosen = |grasp: &&GraspRow| command.grasp.is_empty() || command.grasp.contains(&grasp.id);
     let grasps: Vec<&GraspRow> = file.grasps.iter().filter(chosen).collect();
     let files = if format.is_folder() {
-        let files = files(format, &file, &grasps, common.quiet)?;
+        let protocol = scene_test(command, &file)?;
+        let files = files(format, &file, &grasps, protocol, common.quiet)?;
         write_files(files, &output, single)?
     } else {
         write_atomic(&output, &bytes(format, &file, &grasps, &output)?)?;
@@ -174,6 +187,14 @@ pub(super) fn run(command: &Export, common: &Common) -> anyhow::Result<()> {
     };
     let report = json!({ "wrote": [output], "grasps": count });
     tell_text(common, ("", &report), Some(&written))
+}
+
+/// The test of a scene.
+fn scene_test(command: &Export, file: &GraspFile) -> anyhow::Result<Protocol> {
+    match &command.protocol {
+        Some(name) => published(name),
+        None => Ok(Protocol::Loads(squeezing_test(&file.metadata))),
+    }
 }
 
 fn output(command: &Export) -> anyhow::Result<PathBuf> {
@@ -320,6 +341,7 @@ fn files(
     format: ExportFormat,
     file: &GraspFile,
     grasps: &[&GraspRow],
+    protocol: Protocol,
     quiet: bool,
 ) -> anyhow::Result<Vec<ExportedFile>> {
     match format {
@@ -332,8 +354,8 @@ fn files(
                 object: &population.object.name,
                 mesh: &mesh,
                 mass_kg,
-                test: squeezing_test(&file.metadata),
-                grasps: rows.iter().map(|row| (row.id, &row.grasp)).collect(),
+                protocol,
+                grasps: rows,
             };
             Ok(Watch::over(quiet, |run| scene.files(run.observer))?)
         }

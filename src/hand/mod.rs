@@ -468,6 +468,21 @@ impl Hand {
         }
     }
 
+    /// The link that carries the palm, and the palm's frame in it, which does not depend on the joints: the origin is the
+    /// centre of the palm, x points to the fingertips, z out of the palm.
+    pub fn palm_on_link(&self) -> (LinkId, Frame) {
+        let mut rest = PosedHand::default();
+        self.pose_links(&Pose::at_origin(&self.prior.rest), &mut rest);
+        let link = &rest.object_from_link[self.palm_link.0];
+        let PalmFrame { volar, distal, .. } = self.palm;
+        let axes = Matrix3::from_columns(&[distal, volar.cross(&distal), volar]);
+        let frame = Frame {
+            rotation: link.rotation.tr_mul(&axes),
+            translation: link.inverse_point(&self.palm.centre),
+        };
+        (self.palm_link, frame)
+    }
+
     /// Whether a surface point may be a contact: the side file may forbid links.
     pub fn may_touch(&self, point: &SurfacePoint) -> bool {
         self.link_may_touch(point.link)

@@ -564,6 +564,38 @@ class Grasps:
         given = flags(protocol=named, config=config, force=force)
         return self._remade("stability", given, out, "stability", progress)
 
+    def stability_in_mujoco(self, protocol: Protocol = "drop") -> Table:
+        """Outcomes of the same tests in MuJoCo (``pip install mujoco``), a row for each grasp: ``id``, and ``stable`` (bool),
+        ``stable_reason``, ``stable_displacement_m`` and ``stable_turn_rad`` as by :meth:`stability`.
+
+        The numbers of the test, the joint targets, the shapes and the criteria are those of :meth:`stability`; the scenes are
+        those of ``export(format="mujoco", protocol=…)``. The time step is a fraction of that of the test, 4 ms at most. The
+        hand's contacts are those of DexGraspBench, and joints have limits.
+
+        Parameters
+        ----------
+        protocol
+            As in :meth:`stability`.
+
+        Raises
+        ------
+        InputError
+            If MuJoCo is missing, the protocol is wrong, the hand has a skin that bends, or there are no grasps.
+        """
+        from ._mujoco import engine, outcomes
+
+        engine()
+        columns: list[dict[str, Any]] = []
+        names = self.hand, self.object, self.column("scale")
+        for hand, item, scale, _ in self.populations:
+            of_this = (names[0] == hand) & (names[1] == item) & (names[2] == scale)
+            folder = Folder()
+            scene = self[of_this].export(folder / "scene", format="mujoco", protocol=protocol) / "scene.xml"
+            table = outcomes(scene)
+            columns.extend({name: values[row] for name, values in table.items()} for row in range(table.rows))
+        found = {row["id"]: row for row in columns}
+        return _columns([found[id] for id in self.id])
+
     def _remade(self, verb: str, given: list[str], out: StrPath | None, ending: str, progress: bool | None) -> Grasps:
         file = self._file()
         folder = None if out is not None else Folder()
@@ -573,7 +605,7 @@ class Grasps:
 
     # Files of other programs, pages, landscapes
 
-    def export(self, out: StrPath, *, format: str, force: bool = False) -> Path:
+    def export(self, out: StrPath, *, format: str, protocol: Protocol | None = None, force: bool = False) -> Path:
         """Writes the grasps for other programs and returns the path.
 
         Parameters
@@ -583,6 +615,9 @@ class Grasps:
         format
             ``"csv"``, ``"json"``, ``"dexgraspnet"``, ``"dexonomy"``, ``"qpos"``, ``"mujoco"``, ``"isaac_grasp"``,
             ``"graspgen"``, ``"urdf"``, ``"glb"`` or ``"usd"``; ``command("help", "export")`` describes them.
+        protocol
+            The published test of a scene of ``mujoco``; by default that by which the grasps were simulated if the hand closes
+            in it, and ``"dexgraspbench"`` otherwise.
         force
             Whether to replace a file that landscape did not write, or to write beside the files of others in a folder.
 
@@ -592,7 +627,7 @@ class Grasps:
             If there is no such format, ``out`` has the wrong ending or belongs to others, or there are no grasps.
         """
         target = Path(out)
-        command("export", self._file(), format, *flags(force=force), "--quiet", "--output", target, progress=False)
+        command("export", self._file(), format, *flags(protocol=protocol, force=force), "--quiet", "--output", target, progress=False)
         return target
 
     def report(

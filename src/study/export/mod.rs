@@ -11,7 +11,9 @@ mod urdf;
 pub use mujoco::MujocoScene;
 pub use urdf::hand_urdf;
 
-use crate::evaluation::stability::{Build, ClosingRule, LoadTest, Protocol, Solid, joint_targets};
+use crate::evaluation::stability::{
+    Build, Closing, ClosingRule, LoadTest, Protocol, Solid, joint_targets,
+};
 use crate::grasp::Grasp;
 use crate::grasp::closing::opened;
 use crate::hand::Hand;
@@ -64,6 +66,28 @@ pub fn squeezing_test(metadata: &Metadata) -> LoadTest {
     match serde_json::from_value(protocol) {
         Ok(Protocol::Loads(test)) if test.closing.rule != ClosingRule::None => test,
         _ => LoadTest::default(),
+    }
+}
+
+/// A test as one with loads. `drop` has none: its hand does not close and has the springs of the standard test, and the mass
+/// is that of the object.
+fn closing_test(protocol: &Protocol) -> LoadTest {
+    match protocol {
+        Protocol::Loads(test) => test.clone(),
+        Protocol::Drop(drop) => {
+            let usual = LoadTest::default();
+            LoadTest {
+                protocol: "drop".to_owned(),
+                mass_kg: None,
+                friction: drop.friction,
+                solver: drop.solver,
+                closing: Closing {
+                    rule: ClosingRule::None,
+                    ..usual.closing
+                },
+                ..usual
+            }
+        }
     }
 }
 

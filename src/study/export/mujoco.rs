@@ -6,13 +6,13 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::text::{comment, name, numbers, obj};
 use super::tree::{Attached, Moving, attached, names};
-use super::{ExportError, ExportedFile, check_rigid};
-use crate::evaluation::stability::{Closing, LoadTest, Solid, joint_targets};
+use super::{ExportError, ExportedFile, check_rigid, closing_test};
+use crate::evaluation::stability::{Closing, LoadTest, Protocol, Solid, joint_targets};
 use crate::figure::MAKER;
-use crate::grasp::Grasp;
 use crate::hand::{Capsule, Frame, Hand, JointKind, LinkId};
 use crate::mesh::Mesh;
 use crate::space::Pose;
+use crate::store::GraspRow;
 use crate::study::simulation::solid_in_pieces;
 use crate::topography::Observer;
 
@@ -38,9 +38,9 @@ pub struct MujocoScene<'a> {
     /// Its mass, kilograms; the scene names it but has that of the test.
     pub mass_kg: f64,
     /// The test whose mass, friction and springs the scene has.
-    pub test: LoadTest,
-    /// The grasps with their ids.
-    pub grasps: Vec<(u64, &'a Grasp)>,
+    pub protocol: Protocol,
+    /// The grasps.
+    pub grasps: Vec<&'a GraspRow>,
 }
 
 impl MujocoScene<'_> {
@@ -49,8 +49,9 @@ impl MujocoScene<'_> {
     /// The shapes that collide are those of the simulations of stability: capsules, balls that fill the meshes of the hand,
     /// and the convex pieces of the object. The hand stands on a mocap body, which a keyframe puts where the grasp has
     /// it; the object is free and starts in its own frame. The actuators are springs, whose targets in a keyframe press as
-    /// the test does. Gravity acts on the object and not on the links, as if the hand bore its own weight. `observer` is told
-    /// if the object must be cut.
+    /// the test does. Gravity acts on the object and not on the links, as if the hand bore its own weight. The first `user`
+    /// number of a body is its digit ([`Link::digit`](crate::hand::Link::digit)), and the site `palm` has the axes of
+    /// [`Axes::Palm`](crate::evaluation::stability::Axes::Palm); the text `protocol` is the test (JSON). `observer` is told if the object must be cut.
     ///
     /// # Errors
     /// If the hand has a skin that bends.
@@ -59,12 +60,14 @@ impl MujocoScene<'_> {
     /// If a grasp is one of another hand.
     pub fn files(&self, observer: &Observer<'_>) -> Result<Vec<ExportedFile>, ExportError> {
         check_rigid(self.hand)?;
+        let test = closing_test(&self.protocol);
         let solid = solid_in_pieces(self.mesh, observer);
         let mut writer = Writer {
             scene: self,
             names: names(self.hand, &TAKEN),
             links: attached(self.hand),
-            tested_kg: self.test.mass_kg(&solid, self.mass_kg),
+            tested_kg: test.mass_kg(&solid, self.mass_kg),
+            test,
             files: Vec::new(),
             assets: String::new(),
         };
@@ -94,6 +97,7 @@ struct Writer<'a> {
     scene: &'a MujocoScene<'a>,
     names: Vec<String>,
     links: Vec<Attached<'a>>,
+    test: LoadTest,
     /// Mass of the object in the test, kilograms.
     tested_kg: f64,
     files: Vec<ExportedFile>,
@@ -105,13 +109,16 @@ impl Writer<'_> {
         let MujocoScene {
             hand,
             object,
-            test,
             mass_kg,
+            protocol,
             ..
         } = self.scene;
+        let test = &self.test;
+        let told = serde_json::to_string(protocol).expect("a protocol is numbers and names");
         format!(
             "<mujoco model=\"{}\">\n  \
              <!-- Made by {MAKER}: hand {} on {}, which weighs {mass_kg} kg; here {} kg, as in the test `{}`. -->\n  \
+             <custom><text name=\"protocol\" data=\"{}\"/></custom>\n  \
              <compiler angle=\"radian\" autolimits=\"true\"/>\n  \
              <option timestep=\"{TIME_STEP_S}\" integrator=\"implicitfast\" cone=\"elliptic\" impratio=\"10\"/>\n  \
              <default>\n    \
@@ -125,6 +132,7 @@ impl Writer<'_> {
             comment(object),
             self.tested_kg,
             test.protocol,
+            name(&told),
             Closing::ARMATURE_KG_M2,
             friction = test.friction,
         )
@@ -155,8 +163,9 @@ impl Writer<'_> {
         let root = part.link.parent.is_none();
         let _ = writeln!(
             text,
-            "{indent}<body name=\"{}\"{}{}>",
+            "{indent}<body name=\"{}\" user=\"{}\"{}{}>",
             name(&self.names[place]),
+            part.link.digit,
             if root {
                 " mocap=\"true\"".to_owned()
             } else {
@@ -191,6 +200,14 @@ impl Writer<'_> {
             if mass.mass_kg > 0.0 {
                 inertial(text, &indent, mass.mass_kg, &mass.centre, &mass.inertia);
             }
+        }
+        let (palm, frame) = hand.palm_on_link();
+        if palm == part.id {
+            let _ = writeln!(
+                text,
+                "{indent}  <site name=\"palm\" group=\"5\"{}/>",
+                placed(&frame)
+            );
         }
         self.shapes(text, &part, &indent);
         for child in place + 1..self.links.len() {
@@ -293,7 +310,7 @@ impl Writer<'_> {
 
     /// A spring for each joint of the hand, in their order.
     fn actuators(&self, text: &mut String) {
-        let springs = &self.scene.test.closing;
+        let springs = &self.test.closing;
         text.push_str("  <actuator>\n");
         for joint in &self.scene.hand.joints {
             let lever = joint.kind.radians_per_unit();
@@ -319,12 +336,15 @@ impl Writer<'_> {
 
     fn keyframes(&self, text: &mut String, solid: &Solid) {
         text.push_str("  <keyframe>\n");
-        for (id, grasp) in &self.scene.grasps {
-            let targets = joint_targets(self.scene.hand, grasp, None, solid, &self.scene.test);
-            let pose = &grasp.pose;
+        for row in &self.scene.grasps {
+            let squeezed = row.squeeze_joints.as_deref();
+            let hand = self.scene.hand;
+            let targets = joint_targets(hand, &row.grasp, squeezed, solid, &self.test);
+            let pose = &row.grasp.pose;
             let _ = writeln!(
                 text,
-                "    <key name=\"{id}\" qpos=\"{} 0 0 0 1 0 0 0\" ctrl=\"{}\" mpos=\"{}\" mquat=\"{}\"/>",
+                "    <key name=\"{}\" qpos=\"{} 0 0 0 1 0 0 0\" ctrl=\"{}\" mpos=\"{}\" mquat=\"{}\"/>",
+                row.id,
                 numbers(&self.coordinates(pose)),
                 numbers(&targets),
                 numbers(pose.translation_m()),
