@@ -24,8 +24,7 @@ use crate::store::exchange::{
 };
 use crate::store::{FileSet, GraspFile, GraspRow, HandMetadata, Population, write_atomic};
 use crate::study::{
-    Approach, ExportedFile, MujocoScene, approaches, check_rigid, hand_urdf,
-    squeezing_test,
+    Approach, ExportedFile, MujocoScene, approaches, check_rigid, hand_urdf, squeezing_test,
 };
 
 /// Write grasps for other programs.

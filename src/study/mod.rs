@@ -160,7 +160,8 @@ pub use error::{FewGrasps, StudyError};
 pub use examples::{Colouring, MinimumNames};
 pub use experiment::{Experiment, ExperimentError};
 pub use export::{
-    Approach, ExportError, ExportedFile, MujocoScene, OPENED_M, approaches, check_rigid, hand_urdf, squeezing_test,
+    Approach, ExportError, ExportedFile, MujocoScene, OPENED_M, approaches, check_rigid, hand_urdf,
+    squeezing_test,
 };
 pub use family_names::FamilyName;
 pub use given_labels::{GivenLabel, GivenLabelError, given_labels};
