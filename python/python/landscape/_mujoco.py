@@ -20,11 +20,15 @@ Floats = NDArray[np.float64]
 OVERLAP_M = 0.01
 #: Longest step of MuJoCo, seconds: that of DexGraspBench.
 LONGEST_STEP_S = 0.004
-#: Contacts of the hand and iterations against creep: those of DexGraspBench (github.com/JYChen18/DexGraspBench, 1e7a5a6,
-#: src/util/hand_util.py). The object keeps MuJoCo's own, and a contact has the mean of both.
-SOLREF, SOLIMP, NOSLIP_ITERATIONS = (0.005, 1.0), (0.5, 0.99, 0.0001), 2
+#: ``solref`` and ``solimp`` of all contacts. At rest they are springs of k d / (1 − d) = (2π · 60 Hz)², with k = 1/(d · 19 ms)²
+#: and d = 0.98: as stiff as those of ``landscape stability``.
+SOLREF, SOLIMP = (0.019, 1.0), (0.98, 0.98, 0.001)
+#: Iterations against creep: as in DexGraspBench.
+NOSLIP_ITERATIONS = 2
 #: Inertia of each joint of a rigid hand, kg m²: nothing here turns it.
-RIGID_KG_M2 = 1e6
+RIGID_KG_M2 = 1e8
+#: Tolerance of the solver: that of MuJoCo itself.
+TOLERANCE = 1e-8
 
 
 @dataclass(frozen=True)
@@ -94,14 +98,15 @@ class _World:
         model.opt.noslip_iterations = NOSLIP_ITERATIONS
         # A reset would put a lost object back into the hand.
         model.opt.disableflags |= self.mujoco.mjtDisableBit.mjDSBL_AUTORESET
-        model.geom_solref[~self.of_object] = SOLREF
-        model.geom_solimp[~self.of_object, :3] = SOLIMP
+        model.geom_solref[:] = SOLREF
+        model.geom_solimp[:, :3] = SOLIMP
         self.lag_s = 0.0
         if closing is None or closing["rule"] == "none":
             model.dof_armature[joints] = RIGID_KG_M2
             model.actuator_gainprm[:, 0] = 0
             model.actuator_biasprm[:, 1:3] = 0
-            # MuJoCo scales contacts by what the bodies weigh.
+            # MuJoCo scales contacts by what the bodies weigh, and its tolerance by the mean inertia.
+            model.opt.tolerance = TOLERANCE / RIGID_KG_M2
             self.mujoco.mj_setConst(model, self.mujoco.MjData(model))
             return
         # MuJoCo does not integrate a damping implicitly where it cuts the torque. Above the critical damping, a light joint
