@@ -120,7 +120,7 @@ class _World:
 
     def steps(self, seconds: float) -> int:
         """Steps of the test in some seconds."""
-        return round(seconds / self.test["solver"]["time_step_s"])
+        return int(round(seconds / float(self.test["solver"]["time_step_s"])))
 
     def step(self) -> None:
         """One step of the test."""
@@ -216,7 +216,8 @@ class _World:
         loads = self.test["loads"]
         if loads["frame"] == "palm":
             direction = self.palm @ direction
-        return direction / np.linalg.norm(direction) * loads["acceleration_m_s2"] * self.mass_kg
+        newtons = float(loads["acceleration_m_s2"]) * self.mass_kg
+        return np.asarray(direction / np.linalg.norm(direction) * newtons)
 
     def _trial(self, found: Outcome, start: Any, forces: list[Floats]) -> Outcome:
         test, loads, criterion = self.test, self.test["loads"], self.test["criterion"]
@@ -242,10 +243,9 @@ class _World:
                     return found
                 if rest.reached(self.pose()):
                     break
-        presses = {
-            "none": lambda digits: True, "hand": bool, "digits": lambda digits: sum(digit > 0 for digit in digits) >= 2,
-        }[criterion["contact"]]
-        return found if presses(self.pressing()) else replace(found, reason="released")
+        digits = self.pressing()
+        presses = {"none": True, "hand": len(digits) > 0, "digits": len(digits - {0}) >= 2}[criterion["contact"]]
+        return found if presses else replace(found, reason="released")
 
     def _judged(self, found: Outcome, start: Any, counts: bool = True) -> Outcome:
         """The outcome so far, with the motion from ``start`` if it counts."""
