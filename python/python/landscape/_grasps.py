@@ -569,8 +569,8 @@ class Grasps:
         ``stable_reason``, ``stable_displacement_m`` and ``stable_turn_rad`` as by :meth:`stability`.
 
         The numbers of the test, the joint targets, the shapes and the criteria are those of :meth:`stability`; the scenes are
-        those of ``export(format="mujoco", protocol=…)``. The time step is a fraction of that of the test, 4 ms at most. The
-        hand's contacts are those of DexGraspBench, and joints have limits.
+        those of ``export(format="mujoco", protocol=…)``. The time step is a fraction of that of the test, 4 ms at most. Contacts are
+        as stiff at rest as there, and joints have limits.
 
         Parameters
         ----------

@@ -22,6 +22,7 @@ pub fn graspgen_json(object: &str, scale: f64, grasps: &[&GraspRow]) -> Vec<u8> 
     let held = grasps.iter().map(|grasp| grasp.stable != Some(false));
     let held: Vec<bool> = held.collect();
     let whole = json!({
+        "made_by": "landscape",
         "object": { "file": object, "scale": scale },
         "grasps": { "transforms": transforms, "object_in_gripper": held },
     });

@@ -1,0 +1,36 @@
+"""The published tests in MuJoCo."""
+
+import sys
+
+import numpy as np
+import pytest
+
+import landscape as ls
+
+
+@pytest.fixture(scope="module")
+def two(hand, bottle):
+    """A grasp that holds, and the same hand half a metre away."""
+    found = ls.synthesize(hand, bottle, 4, seed=3)[:1]
+    away = found.translation_m + [0.5, 0.0, 0.0]
+    apart = ls.Grasps.from_arrays(
+        hand, bottle, translation_m=away, rotation=found.rotation_wxyz, rotation_form="wxyz", joints=found.joints,
+        contacts=[row.tolist() for row in found.contacts],
+    )
+    return found, apart
+
+
+@pytest.mark.parametrize(("protocol", "reason"), [("dexgraspbench", "moved"), ("drop", "fell")])
+def test_one_holds_and_one_falls(two, protocol, reason):
+    pytest.importorskip("mujoco")
+    held, apart = (grasps.stability_in_mujoco(protocol) for grasps in two)
+    assert held.stable.tolist() == [True] and held.stable_reason == ["held"]
+    assert held.id.tolist() == two[0].id.tolist() and held.stable_displacement_m[0] < 0.01
+    assert apart.stable.tolist() == [False] and apart.stable_reason == [reason]
+    assert not np.isnan(apart.stable_displacement_m).any()
+
+
+def test_a_missing_package_is_named(two, monkeypatch):
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    with pytest.raises(ls.InputError, match="pip install mujoco"):
+        two[0].stability_in_mujoco("dexgraspbench")
