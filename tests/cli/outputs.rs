@@ -47,7 +47,7 @@ const WRITES: &str = "
     objects inspect box.obj --side-file s.json | box.png
     objects inspect box.obj -o other | other.png
     compare g.landscape | g.comparison.md | g.comparison.json | g.comparison.png | g.comparison.svg
-    judge g.parquet --tests drop --measures none | g.judge.md | g.judge.json | g.judge.csv | g.judge.grasps.csv | g.judge.png | g.judge.svg
+    judge g.parquet --tests drop --measures none | g.judge.grasps.csv | g.judge.csv | g.judge.md | g.judge.json | g.judge.png | g.judge.svg
     inspect g.landscape --path m0 m1 | g.m0-m1.glb | g.m0-m1.svg | g.m0-m1.png
 ";
 
