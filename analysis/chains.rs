@@ -41,10 +41,10 @@ impl Chains {
         judge(&self.energy, &end.refined)
     }
 
-    pub(crate) fn holds(&self, end: &Synthesized, protocol: Protocol) -> bool {
+    pub(crate) fn holds(&self, end: &Synthesized, protocol: &Protocol) -> bool {
         let (hand, object) = (self.energy.hand(), self.energy.object());
         let (grasp, mass_kg) = (&end.refined, object.mass_kg);
-        simulate(hand, grasp, None, &self.solid, mass_kg, &protocol).is_stable()
+        simulate(hand, grasp, None, &self.solid, mass_kg, protocol).is_stable()
     }
 }
 

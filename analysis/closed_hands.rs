@@ -122,10 +122,10 @@ fn measure(chains: &Chains, count: u64) -> Vec<Kept> {
         let touches = capsule_touches(&object.exact, hand, &posed, 0.0);
         // Hands of boxes take minutes for each.
         let pushes = Protocol::Loads(LoadTest::default());
-        let withstands = || chains.holds(&end, pushes);
+        let withstands = || chains.holds(&end, &pushes);
         Some(Kept {
-            holds: chains.holds(&end, chains::drop()),
-            holds_at_once: chains.holds(&end, chains::drop_at_once()),
+            holds: chains.holds(&end, &chains::drop()),
+            holds_at_once: chains.holds(&end, &chains::drop_at_once()),
             withstands: (hand.name == "human").then(withstands),
             digits: touches.iter().map(|t| hand.links[t.link.0].digit).collect(),
             label: labeller.label(&end.refined.pose).text().to_string(),

@@ -59,7 +59,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let spent_s = cpu_s() - before_s;
             let judged = ends.par_iter().filter_map(|end| {
                 let judgement = chains.judge(end);
-                let holds = || chains.holds(end, chains::drop());
+                let holds = || chains.holds(end, &chains::drop());
                 (judgement.passes_strict()).then(|| (holds(), judgement.deepest_m))
             });
             let (held, depths): (Vec<bool>, Vec<f64>) = judged.unzip();

@@ -120,7 +120,7 @@ fn measure(pushed: bool, name: &str, count: u64) -> Result<Vec<[f64; 7]>, Box<dy
         let strict = chains.judge(&end).passes_strict();
         let [drop, at_once, six, rigid] = protocols.clone().map(|(protocol, pushes)| {
             if pushes == pushed {
-                f64::from(u8::from(chains.holds(&end, protocol)))
+                f64::from(u8::from(chains.holds(&end, &protocol)))
             } else {
                 -1.0
             }

@@ -293,9 +293,11 @@ fn pinched(offset_m: f64, edit: impl Fn(&mut LoadTest)) -> Outcome {
     x[2] = -0.03;
     let joint = x.len() - 1;
     x[joint] = HALF_M[0] + 0.0004;
-    let mut test = LoadTest::default();
-    test.mass_kg = Some(0.1);
-    test.friction = 0.5;
+    let mut test = LoadTest {
+        mass_kg: Some(0.1),
+        friction: 0.5,
+        ..LoadTest::default()
+    };
     test.loads.directions = vec![[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]];
     test.criterion.displacement_m = Some(0.005);
     test.criterion.turn_rad = None;

@@ -29,7 +29,7 @@ pub(crate) fn measure(hand: &Arc<Hand>) -> Result<[f64; 3], Box<dyn Error>> {
         .map(|chain| {
             let end = chains.end(chain);
             let kept = chains.judge(&end).passes_strict();
-            [kept, kept && chains.holds(&end, chains::drop())]
+            [kept, kept && chains.holds(&end, &chains::drop())]
         })
         .collect();
     let count = |which: usize| judged.iter().filter(|ends| ends[which]).count() as f64;

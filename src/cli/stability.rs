@@ -47,7 +47,7 @@ pub(super) fn protocol_names() -> PossibleValuesParser {
 
 /// The published test of one of [`protocol_names`].
 pub(super) fn published(name: &str) -> anyhow::Result<Protocol> {
-    named(name).with_context(|| format!("{name} is no protocol"))
+    named(name).with_context(|| format!("the protocol {name} is unknown"))
 }
 
 pub(super) const EXAMPLES: &str = "\

@@ -106,7 +106,7 @@ impl<'de> Deserialize<'de> for Protocol {
         let Some(base) = name(&given).and_then(found) else {
             let names: Vec<&str> = NAMED.iter().map(|test| test.name.as_str()).collect();
             let fault = match given.get("protocol") {
-                Some(other) => format!("{other} is no protocol"),
+                Some(other) => format!("the protocol {other} is unknown"),
                 None => "it names no protocol".to_owned(),
             };
             let names = names.join("\", \"");

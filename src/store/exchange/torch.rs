@@ -185,6 +185,10 @@ fn of_parameters(
 }
 
 /// `MultiDex` and DRO-Grasp: a tuple for each grasp.
+#[expect(
+    clippy::too_many_lines,
+    reason = "the checks of one tuple, one after the other"
+)]
 fn of_metadata(
     heap: &Heap,
     metadata: Id,

@@ -30,6 +30,7 @@ const LOADS: &str = include_str!("loads.txt");
 
 /// A file of settings that `landscape config` prints.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "there is one in a command")]
 pub enum ConfigurationFile {
     /// Of `synth`.
     Synth,

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::evaluation::diversity::TOUCHING_M;
-use crate::evaluation::taxonomy::{Category, Labeller, Rule};
+use crate::evaluation::taxonomy::{Category, Inapplicable, Labeller, Rule};
 use crate::grasp::closure::{EpsilonSettings, PointContact, epsilon};
 use crate::grasp::depth::{deepest_m, object_inside_hand_m};
 use crate::grasp::filter::STRICT_FRICTION;
@@ -167,7 +167,7 @@ impl MeasuredObject {
             scale: 1.0,
             hand: energy.hand().clone(),
             space: energy.pose_space().clone(),
-            inapplicable: labeller.inapplicable().map(|why| why.words()),
+            inapplicable: labeller.inapplicable().map(Inapplicable::words),
             grasps: rows.par_iter().map(facts).collect(),
         }
     }

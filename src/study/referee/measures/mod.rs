@@ -108,7 +108,7 @@ pub fn measure(
     let of = |(place, measure): (usize, &Measure)| {
         let known = prepared.obstacle(*measure, at).map_or_else(
             || {
-                let none = || prepared.nothing(*measure).to_owned();
+                let none = || Prepared::nothing(*measure).to_owned();
                 whole(&prepared, *measure, resampling).ok_or_else(none)
             },
             Err,

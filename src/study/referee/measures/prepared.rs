@@ -194,7 +194,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// Why a measure of grasps without an obstacle has no value.
-    pub(super) fn nothing(&self, measure: Measure) -> &'static str {
+    pub(super) fn nothing(measure: Measure) -> &'static str {
         match measure {
             Measure::Types => "no grasp has a type",
             Measure::Cells => "no grasp has a cell of the taxonomy",

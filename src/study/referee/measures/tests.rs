@@ -365,7 +365,7 @@ fn definitions() {
     assert!((of(Measure::PooledDeviation) - pooled).abs() < 1e-12);
     assert!((of(Measure::Pca) - 1.0).abs() < 1e-9);
     // x takes four bins of 6.25 mm but for those of 0 and 0.01: 16, 17, 19, 20.
-    assert!((of(Measure::PositionEntropy) - 4.0_f64.ln() / 3.0).abs() < 1e-12);
+    assert!((of(Measure::PositionEntropy) - libm::log(4.0) / 3.0).abs() < 1e-12);
     assert!(of(Measure::OrientationEntropy).abs() < 1e-12);
     assert!((of(Measure::Regions) - 2.0).abs() < 1e-12);
     // (0 + 4)/2 and 4 + 2 mm.
@@ -489,27 +489,4 @@ fn names_are_different() {
         Measure::ALL.is_sorted(),
         "the order of tables is that of the enum"
     );
-}
-
-/// Seconds for the facts of a hundred grasps: `--ignored --nocapture`.
-#[test]
-#[ignore = "a measurement"]
-fn seconds_for_a_hundred_grasps() {
-    let (mut file, _) =
-        GraspFile::read(&root("data/grasps.parquet"), Overrides::default()).unwrap();
-    file.grasps.truncate(100);
-    let started = std::time::Instant::now();
-    let set = MeasuredSet::of(&file, Rule::standard(), &Run::default()).unwrap();
-    println!("facts: {:?}", started.elapsed());
-    for measured in Measure::ALL {
-        let started = std::time::Instant::now();
-        let found = measure(&set, None, &[measured], &Resampling::default()).remove(0);
-        println!(
-            "{:?} {:?} {:?} {:?}",
-            measured.name(),
-            found.value,
-            found.interval,
-            started.elapsed()
-        );
-    }
 }
