@@ -72,8 +72,8 @@ numbers of its source, which `landscape config stability --protocol NAME` prints
   graspdatagen        Joints close to their limits; five tugs follow each other. A grasp holds if two digits still press.
 Where the hand closes, springs pull its joints. Where a test needs squeezed joints and the file has none, they follow from
 contact forces that balance; the summary counts these grasps (closed_by). A test ends early with an object at rest (it
-moves less than 10 µm in a quarter of a second). In every protocol, a grasp fails if hand and object overlap by more than
-1 cm at the start.
+moves less than 10 µm in a quarter of a second, or under a load less than 0.1 mm in a tenth of a second). In every
+protocol, a grasp fails if hand and object overlap by more than 1 cm at the start.
 
 Adds the columns stable, stable_reason (held, overlap, fell, moved, turned, released, lost), stable_displacement_m and
 stable_turn_rad, and stores the protocol with all its numbers in the file's metadata. Objects are cut into convex

@@ -239,7 +239,7 @@ fn resampled(stable: &[bool], objects: &[Vec<usize>], seed: u64, draws: usize) -
             }
             all += object.len();
         }
-        f64::from(u32::try_from(held).unwrap_or(u32::MAX)) / all as f64
+        held as f64 / all as f64
     };
     Resampled::new((0..draws as u64).map(share).collect())
 }
