@@ -157,58 +157,40 @@ fn default_objects(folder: &Path, path: &Path) -> Result<(), Failure> {
 fn dexgraspnet(data: &Path, folder: &Path, path: &Path) -> Result<(), Failure> {
     let of = data.join("dexgraspnet");
     let hand = data.join("hands/shadow_dexgraspnet/shadow_hand_vis.xml");
-    let mut files = Vec::new();
-    for file in sorted(&of.join("original_npy"))? {
-        let name = file.file_stem().unwrap_or_default().to_string_lossy();
-        let mesh = of.join(format!("meshes/{name}.obj"));
-        files.push(made(&folder.join(format!("{name}.parquet")), |path| {
-            landscape(&[
-                "import",
-                text(&file)?,
-                "--hand",
-                text(&hand)?,
-                "--object",
-                text(&mesh)?,
-                "--scale",
-                "0.1",
-                "-q",
-                "-o",
-                text(path)?,
-            ])
-        })?);
-    }
-    joined(&files, path)
+    let mesh = |name: &str| vec![of.join(format!("meshes/{name}.obj"))];
+    let files = sorted(&of.join("original_npy"))?;
+    imported(&files, &hand, mesh, &["--scale", "0.1"], (folder, path))
 }
 
 fn people(data: &Path, folder: &Path, path: &Path) -> Result<(), Failure> {
     let of = data.join("ycb_affordance");
     let hand = of.join("hand/mano_ycba.xml");
-    let mut files = Vec::new();
-    for file in sorted(&of.join("csv_mano"))? {
+    let file = |name: &str, ending| of.join(format!("objects/{name}.{ending}"));
+    let meshes = |name: &str| ["obj", "stl"].map(|ending| file(name, ending)).into();
+    let files = sorted(&of.join("csv_mano"))?;
+    imported(&files, &hand, meshes, &[], (folder, path))
+}
+
+/// Imports each file, whose object is the first of some meshes that exists, into a folder, and joins them into a file.
+fn imported(
+    files: &[PathBuf],
+    hand: &Path,
+    meshes: impl Fn(&str) -> Vec<PathBuf>,
+    more: &[&str],
+    (folder, path): (&Path, &Path),
+) -> Result<(), Failure> {
+    let mut sets = Vec::new();
+    for file in files {
         let name = file.file_stem().unwrap_or_default().to_string_lossy();
-        let meshes = ["obj", "stl"].map(|ending| of.join(format!("objects/{name}.{ending}")));
-        let mesh = meshes
-            .iter()
-            .find(|mesh| mesh.exists())
-            .ok_or("an object has no mesh")?;
-        files.push(made(
-            &folder.join(format!("people_{name}.parquet")),
-            |path| {
-                landscape(&[
-                    "import",
-                    text(&file)?,
-                    "--hand",
-                    text(&hand)?,
-                    "--object",
-                    text(mesh)?,
-                    "-q",
-                    "-o",
-                    text(path)?,
-                ])
-            },
-        )?);
+        let mesh = meshes(&name).into_iter().find(|mesh| mesh.exists());
+        let mesh = mesh.ok_or_else(|| format!("{name} has no mesh"))?;
+        let words = ["import", text(file)?, "--hand", text(hand)?];
+        let words = [&words[..], &["--object", text(&mesh)?], more].concat();
+        sets.push(made(&folder.join(format!("set_{name}.parquet")), |path| {
+            landscape(&[&words[..], &["-q", "-o", text(path)?]].concat())
+        })?);
     }
-    joined(&files, path)
+    joined(&sets, path)
 }
 
 fn joined(files: &[PathBuf], path: &Path) -> Result<(), Failure> {
