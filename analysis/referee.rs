@@ -26,7 +26,7 @@ use serde_json::{Value, json};
 
 const SEED: u64 = 60;
 /// Chains of the paper's energy.
-const PAPER_CHAINS: u64 = 120;
+const PAPER_CHAINS: u64 = 1200;
 /// Chains of the default on the bottle, and on each object.
 const BOTTLE_CHAINS: &str = "60";
 const CHAINS: &str = "8";

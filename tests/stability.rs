@@ -303,8 +303,8 @@ fn pinched(offset_m: f64, edit: impl Fn(&mut LoadTest)) -> Outcome {
     test.criterion.turn_rad = None;
     edit(&mut test);
     Protocol::Loads(test.clone()).validate().unwrap();
-    // A slide has the stiffness of a hinge at a lever of 0.1 m.
-    let stiffness_n_per_m = test.closing.stiffness_n_m * 100.0;
+    // A slide has the stiffness of a hinge at a lever of 0.1 m, which the two jaws share, because one follows the other.
+    let stiffness_n_per_m = test.closing.stiffness_n_m * 100.0 / 2.0;
     let squeezed = [HALF_M[0] - FORCE_N / stiffness_n_per_m];
     let grasp = Grasp::new(x, Vec::new());
     let protocol = Protocol::Loads(test);

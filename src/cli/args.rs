@@ -131,6 +131,17 @@ pub(super) struct HandAndObject {
     pub(super) object: Option<String>,
 }
 
+/// Hand and object of files of grasps that do not describe theirs.
+#[derive(Debug, Args)]
+pub(super) struct Lacking {
+    /// The hand of files that do not describe theirs.
+    #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
+    pub(super) hand: Option<String>,
+    /// The object of files that do not describe theirs.
+    #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
+    pub(super) object: Option<String>,
+}
+
 /// Format of the lines on standard error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum LogFormat {

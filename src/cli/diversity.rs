@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Args;
 
-use super::args::{Common, FamilyBarrier};
+use super::args::{Common, FamilyBarrier, Lacking};
 use super::input;
 use super::output::{check_report, given_or_beside, write_report};
 use super::run::Watch;
@@ -24,12 +24,8 @@ pub(super) struct Diversity {
     /// Name of the files to write, without .md, .json, .png and .svg; by default that of the first set with `.diversity`.
     #[arg(short, long, value_name = "NAME")]
     output: Option<PathBuf>,
-    /// The hand of files that do not describe theirs.
-    #[arg(long, value_name = "NAME|FILE", value_hint = clap::ValueHint::FilePath)]
-    hand: Option<String>,
-    /// The object of files that do not describe theirs.
-    #[arg(long, value_name = "NAME|FILE", value_hint = clap::ValueHint::FilePath)]
-    object: Option<String>,
+    #[command(flatten)]
+    lacking: Lacking,
     #[command(flatten)]
     families: FamilyBarrier,
     /// Number of resamplings for each interval.
@@ -111,8 +107,7 @@ impl Opened {
         if path.is_dir() {
             return Ok(Self::Landscape(Box::new(input::open_landscape(path)?)));
         }
-        let (file, mut warnings) =
-            input::read_lacking(path, command.hand.as_deref(), command.object.as_deref())?;
+        let (file, mut warnings) = input::read_lacking(path, &command.lacking)?;
         // Counting needs no energy.
         warnings.retain(|warning| !warning.starts_with("the energy of the grasps is not recorded"));
         if !common.quiet {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
-use super::args::{Common, HandAndObject, within};
+use super::args::{Common, HandAndObject, Lacking, within};
 use crate::cli::printing::{complain, explain, is_new_warning};
 use crate::hand::HandFiles;
 use crate::limits::{OBJECT_SCALE, WALL_THICKNESS};
@@ -122,12 +122,12 @@ pub(super) fn read(
 /// Reads a file of grasps, with hand and object from flags if the file does not describe its own.
 pub(super) fn read_lacking(
     path: &Path,
-    hand_flag: Option<&str>,
-    object_flag: Option<&str>,
+    flags: &Lacking,
 ) -> anyhow::Result<(GraspFile, Vec<String>)> {
-    let given = hand_flag.is_some() || object_flag.is_some();
+    let (hand, object) = (flags.hand.as_deref(), flags.object.as_deref());
+    let given = hand.is_some() || object.is_some();
     if given && !GraspFile::describes_itself(path)? {
-        return read(path, hand_flag, object_flag);
+        return read(path, hand, object);
     }
     read(path, None, None)
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{bail, ensure};
 use clap::Args;
 
-use super::args::{Again, Common};
+use super::args::{Again, Common, Lacking};
 use super::input;
 use super::output::{check_file, check_report, given_or_beside, with_ending, write_report};
 use super::run::{Watch, open_journal, stoppable};
@@ -30,12 +30,8 @@ pub(super) struct Judge {
     /// Name of the files to write, without their endings; by default that of the first set with `.judge`.
     #[arg(short, long, value_name = "NAME")]
     output: Option<PathBuf>,
-    /// The hand of files that do not describe theirs.
-    #[arg(long, value_name = "NAME|FILE", value_hint = clap::ValueHint::FilePath)]
-    hand: Option<String>,
-    /// The object of files that do not describe theirs.
-    #[arg(long, value_name = "NAME|FILE", value_hint = clap::ValueHint::FilePath)]
-    object: Option<String>,
+    #[command(flatten)]
+    lacking: Lacking,
     /// Measure each object by N of its grasps (mean over twenty random choices), so that sets of different size are
     /// comparable; objects with fewer grasps do not count. Tests see all grasps.
     #[arg(long, value_name = "N")]
@@ -110,7 +106,7 @@ pub(super) fn run(command: &Judge, common: &Common) -> anyhow::Result<()> {
     }
     let names = input::names(&command.sets);
     let files = command.sets.iter().map(|path| {
-        let read = input::read_lacking(path, command.hand.as_deref(), command.object.as_deref());
+        let read = input::read_lacking(path, &command.lacking);
         let (file, warnings) = read?;
         ensure!(!file.grasps.is_empty(), "{} has no grasps", path.display());
         if !common.quiet {

@@ -24,7 +24,8 @@ const LEAST_INERTIA_KG_M2: f64 = 1e-7;
 /// radians or metres.
 ///
 /// Each chain that begins at the root is a multibody of its own, because the root does not move: the engine's work grows
-/// with the square and the cube of the joints of a multibody.
+/// with the square and the cube of the joints of a multibody. Links that move with one joint have a spring each and share
+/// its stiffness, damping and torque limit ([`springs_of_joints`]), because no coupling joins them.
 pub(super) fn add_hand(
     world: &mut World,
     hand: &Hand,
@@ -33,6 +34,7 @@ pub(super) fn add_hand(
     targets: &[f64],
     springs: &Closing,
 ) {
+    let shared = springs_of_joints(hand);
     let mut joints = Vec::new();
     let mut bodies: Vec<RigidBodyHandle> = Vec::with_capacity(hand.links.len());
     for (l, link) in hand.links.iter().enumerate() {
@@ -65,7 +67,7 @@ pub(super) fn add_hand(
                     parent_pose.inv_mul(&placed),
                     motion,
                     motion.ratio * targets[motion.joint],
-                    springs,
+                    (springs, shared[motion.joint]),
                 ));
                 handle
             }
@@ -105,13 +107,23 @@ pub(super) fn add_hand(
     }
 }
 
+/// Σ ratio² over the links that move with each joint: 1 where no other link follows. With stiffness k / Σ ratio² each, the
+/// springs of these links together resist a displacement of the joint with the stiffness k, as one motor does.
+fn springs_of_joints(hand: &Hand) -> Vec<f64> {
+    let mut shared = vec![0.0; hand.joints.len()];
+    for motion in hand.links.iter().filter_map(|link| link.motion.as_ref()) {
+        shared[motion.joint] += motion.ratio.powi(2);
+    }
+    shared
+}
+
 fn join(
     world: &mut World,
     [parent, child]: [RigidBodyHandle; 2],
     parent_from_child: Pose,
     motion: &Motion,
     target: f64,
-    springs: &Closing,
+    (springs, shared): (&Closing, f64),
 ) -> MultibodyJointHandle {
     let turned = Pose::from_rotation(Rotation::from_rotation_arc(
         vector(&Vector3::x()),
@@ -122,6 +134,7 @@ fn join(
         JointKind::Slide => (JointAxesMask::LOCKED_PRISMATIC_AXES, JointAxis::LinX),
     };
     let lever = motion.kind.radians_per_unit();
+    let share = lever.powi(2) / shared;
     let joint = GenericJointBuilder::new(locked)
         .local_frame1(parent_from_child * turned)
         .local_frame2(turned)
@@ -129,10 +142,10 @@ fn join(
         .motor_position(
             moved,
             target,
-            springs.stiffness_n_m * lever.powi(2),
-            springs.damping_n_m_s * lever.powi(2),
+            springs.stiffness_n_m * share,
+            springs.damping_n_m_s * share,
         )
-        .motor_max_force(moved, springs.torque_limit_n_m * lever);
+        .motor_max_force(moved, springs.torque_limit_n_m * lever / shared);
     world
         .physics
         .insert_multibody_joint(parent, child, joint)
