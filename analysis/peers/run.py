@@ -474,8 +474,8 @@ def main(binary, pele, folder):
                           way(told, lowest), told["calls"] or "", seconds, end])
     text = (
         "# Beside other programs\n\nMade by `analysis/peers/run.py`. Each program ran alone on one thread while other work ran on "
-        "the machine; seconds are those of processors. landscape has its default settings, with which it ends after 100,000 "
-        f"searches at the latest. The others have the settings of their own examples, which topsearch has for 7 atoms, and are stopped after {LIMIT} s. pele hops "
+        "the machine; seconds are those of processors. landscape has its default settings. The others have the "
+        f"settings of their own examples and are stopped after {LIMIT} s. pele hops "
         f"{HOPS} times and then joins minima until all are connected: it does not look for all saddles. topsearch keeps one saddle "
         "for each pair of minima. On the two functions all programs call the same Python code, and pele hops with the temperature "
         "and the steps of topsearch, because with its own temperature it does not leave the first minimum. Calls of pele on "
@@ -483,7 +483,7 @@ def main(binary, pele, folder):
         "A minimum or saddle counts if numpy confirms it: it is stationary, has the right number of negative curvatures, and "
         "was not counted before. All other points that a program keeps are in the column of wrong points. On the two functions "
         "and on 7 atoms each energy also is one of the reference to 10⁻⁶. For larger clusters only counts are published (J. P. "
-        "K. Doye and D. J. Wales, J. Chem. Phys. 116, 3777 (2002)), so what is counted there is points that are right. The height of 7 atoms is that of `tests/reference/landscapes.json`. The last "
+        "K. Doye and D. J. Wales, J. Chem. Phys. 116, 3777 (2002)). The last "
         "column but three is the energy of the highest point of the lowest way between the two lowest minima, over right saddles "
         "that the program has found. A higher value than another program’s is a way that is not the lowest.\n\n"
         "| surface | program | minima | saddles | wrong or double points | highest point between the two lowest minima | calls of "
