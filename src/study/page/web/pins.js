@@ -135,8 +135,8 @@ export class ScenePanel {
     const touched = beside ? null : item;
     if (this.glides(view, x, route)) this.glide(view, x, touched);
     else {
-      cancelAnimationFrame(view.frame);
-      view.frame = undefined;
+      cancelAnimationFrame(view.gliding);
+      view.gliding = undefined;
       view.pose(x);
       view.touch(touched, state.cones);
     }
@@ -147,14 +147,14 @@ export class ScenePanel {
 
   // Whether the hand is to move to a pose, or to be there at once.
   glides(view, x, route) {
-    if (view.target && x.every((value, k) => value === view.target[k])) return view.frame !== undefined;
+    if (view.target && x.every((value, k) => value === view.target[k])) return view.gliding !== undefined;
     return view.x && view.x.length === x.length && !route && !still();
   }
 
   // Moves the hand from where it is to a pose.
   glide(view, to, item) {
-    if (view.frame !== undefined && view.target === to) return;
-    cancelAnimationFrame(view.frame);
+    if (view.gliding !== undefined && view.target === to) return;
+    cancelAnimationFrame(view.gliding);
     const from = view.x;
     const started = performance.now();
     view.touch(null);
@@ -162,11 +162,11 @@ export class ScenePanel {
       const t = Math.min(1, (now - started) / GLIDE_MS);
       const eased = t * t * (3 - 2 * t);
       view.pose(t < 1 ? between(from, to, eased, true) : to);
-      view.frame = t < 1 ? requestAnimationFrame(step) : undefined;
+      view.gliding = t < 1 ? requestAnimationFrame(step) : undefined;
       if (t >= 1) view.touch(item, state.cones);
       this.draw(view);
     };
-    view.frame = requestAnimationFrame(step);
+    view.gliding = requestAnimationFrame(step);
   }
 
   draw(view) {
