@@ -138,10 +138,10 @@ export function poseSkin(hand, frames, out) {
   return out;
 }
 
-// A pose between two poses: straight for places and joints, the short way for the rotation.
-export function between(a, b, t, joints) {
+// A point between two: straight, but if they are poses, the rotation goes the short way.
+export function between(a, b, t, poses) {
   const x = Float64Array.from(a, (value, k) => value + t * (b[k] - value));
-  if (joints === undefined) return x;
+  if (!poses) return x;
   let dot = 0;
   for (let k = 3; k < 7; k++) dot += a[k] * b[k];
   const sign = dot < 0 ? -1 : 1;
