@@ -138,13 +138,15 @@ function openHelp() {
   const dialog = byId("help");
   const [side] = model.sides;
   const grasps = side.space?.kind === "pose";
-  const entries = [
-    ["Move", `over a leaf, a dot or a row: it lights up everywhere${grasps ? ", and its grasp is shown" : ""}.`],
+  // Each with what must be there.
+  const all = [
+    ["Move", `over a leaf, a dot or a row: it lights up everywhere${grasps ? ", and its grasp is shown" : ""}.`, true],
     [
       "Click",
       side.tree
         ? "to choose; a second click on another one shows the lowest way between the two. Click the same again, or press Escape, to choose none."
         : "to choose. Click the same again, or press Escape, to choose none.",
+      true,
     ],
     [
       "Level",
@@ -152,7 +154,7 @@ function openHelp() {
       panels.tree,
     ],
     ["Branch", "Click a join of the tree, or Zoom in, to see only what hangs below it; Whole tree goes back.", panels.tree],
-    ["Colours", "The legend says what they mean. Click an entry to see only those; the filter stays in sight until you click it away."],
+    ["Colours", "The legend says what they mean. Click an entry to see only those; the filter stays in sight until you click it away.", true],
     [
       "Label",
       "opens a sheet of pictures on which types are given by keyboard. It goes first to the grasps of which the labeller is least " +
@@ -161,14 +163,15 @@ function openHelp() {
       panels.label,
     ],
     ["p", "pins the grasp that is looked at, up to six.", panels.pins],
-    ["/", "goes to the search field. Names, words and comparisons can be joined by and, or, not and parentheses."],
+    ["/", "goes to the search field. Names, words and comparisons can be joined by and, or, not and parentheses.", true],
     [
       "Turn",
       "Drag a view to turn it, use the wheel to enlarge it, double-click to go back. Arrow keys work as well.",
       panels.scene?.views,
     ],
-    ["Link", "What you see stands in the address. Export shows the link and the commands."],
-  ].filter(([, , there = true]) => there);
+    ["Link", "What you see stands in the address. Export shows the link and the commands.", true],
+  ];
+  const entries = all.filter(([, , there]) => there);
   const tries = examples(model).map(text =>
     button(text, () => {
       dialog.close();
