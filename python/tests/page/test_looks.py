@@ -148,7 +148,7 @@ change({ hover: given });
 await new Promise(requestAnimationFrame);
 await null;
 const view = panels.scene.views[0];
-return [view.frame !== undefined, view.x.every((value, k) => value === model.coordinates(given)[k]), document.getAnimations().length];
+return [view.gliding !== 0, view.x.every((value, k) => value === model.coordinates(given)[k]), document.getAnimations().length];
 """, item)
             if told[0] != still:
                 break

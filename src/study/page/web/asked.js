@@ -9,6 +9,7 @@
  */
 export function leastSureFirst(certainties) {
   if (certainties.every(certainty => certainty === certainties[0])) return null;
+  /** @param {number} place */
   const rank = place => certainties[place] || 2;
   return certainties.map((_, place) => place).sort((a, b) => rank(a) - rank(b));
 }
@@ -26,5 +27,5 @@ export function nextAsked(order, left, labelled) {
   return [...order.filter(place => !left.has(place)), ...left].find(place => !labelled(place));
 }
 
-// All places, from the one behind `place` round to itself.
+/** All places, from the one behind `place` round to itself. @param {number} place @param {number} count */
 export const placesAfter = (place, count) => Array.from({ length: count }, (_, k) => (place + 1 + k) % count);

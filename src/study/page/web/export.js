@@ -1,11 +1,12 @@
 // Files to save: panels as SVG or PNG, the table as CSV, a grasp as GLB; and the command line that makes the same.
 
-import { button, byId, make, showDialog } from "./dom.js";
+import { button, byId, headingOf, make, showDialog, the } from "./dom.js";
 import { poseLinks, poseSkin } from "./kinematics.js";
 import { shownItem } from "./route.js";
 import { fragment, model, passing, state } from "./state.js";
 import { plural, quoted, word } from "./text.js";
 
+/** @param {string} name @param {string} type @param {BlobPart} content */
 export function save(name, type, content) {
   const link = make("a", "", { download: name });
   link.href = URL.createObjectURL(new Blob([content], { type }));
@@ -13,6 +14,7 @@ export function save(name, type, content) {
   setTimeout(() => URL.revokeObjectURL(link.href), 2000);
 }
 
+/** @param {string} name @param {HTMLCanvasElement} canvas */
 function saveCanvas(name, canvas) {
   const letters = atob(canvas.toDataURL("image/png").split(",")[1]);
   save(
@@ -22,21 +24,21 @@ function saveCanvas(name, canvas) {
   );
 }
 
-// The selection as CSV: what passes the filter, or only the chosen items.
+/** The selection as CSV: what passes the filter, or only the chosen items. @param {number[]} items */
 function csv(items) {
   const [side] = model.sides;
-  const terms = side.terms?.length ? side.term_names : [];
+  const terms = (side.terms?.length && side.term_names) || [];
   const fields = ["energy", "family", "members", "epsilon", "stable", "joins", "support"].filter(field =>
     items.some(item => !Number.isNaN(model.number(field, item))),
   );
   const head = ["name", ...fields, ...terms.map(term => "term_" + term), "label", "evidence", "ids"];
-  const number = value => (Number.isNaN(value) ? "" : String(value));
+  const number = (value = NaN) => (Number.isNaN(value) ? "" : String(value));
   const rows = items.map(item => {
     const [own, k] = model.at(item);
     return [
       model.name(item),
       ...fields.map(field => number(model.number(field, item))),
-      ...terms.map((_, term) => number(own.terms[k * terms.length + term])),
+      ...terms.map((_, term) => number(own.terms?.[k * terms.length + term])),
       model.text("label", item),
       model.evidence(item),
       own.members[k] ?? "",
@@ -48,16 +50,12 @@ function csv(items) {
 }
 
 // A scene as binary glTF 2.0: hand and object as meshes in metres, z up turned into y up.
-function glb(item) {
-  const pair = model.scene(item);
-  const skin = poseSkin(
-    pair.hand,
-    poseLinks(pair.hand, model.coordinates(item)),
-    new Float32Array(3 * pair.hand.skin.count.length),
-  );
+/** @param {number} item @param {import("./data.js").Pair} pair */
+function glb(item, { hand, object }) {
+  const skin = poseSkin(hand, poseLinks(hand, model.coordinates(item)), new Float32Array(3 * hand.skin.count.length));
   const parts = [
-    { name: "hand", positions: skin, indices: pair.hand.skin.triangles, colour: [0.81, 0.51, 0.36] },
-    { name: "object", positions: pair.object.vertices, indices: pair.object.triangles, colour: [0.22, 0.38, 0.52] },
+    { name: "hand", positions: skin, indices: hand.skin.triangles, colour: [0.81, 0.51, 0.36] },
+    { name: "object", positions: object.vertices, indices: object.triangles, colour: [0.22, 0.38, 0.52] },
   ];
   const json = {
     asset: { version: "2.0", generator: model.header.made_by },
@@ -65,13 +63,19 @@ function glb(item) {
     scenes: [{ nodes: [0] }],
     /** @type {object[]} */
     nodes: [{ name: "grasp " + model.name(item), rotation: [-Math.SQRT1_2, 0, 0, Math.SQRT1_2], children: [1, 2] }],
+    /** @type {object[]} */
     meshes: [],
+    /** @type {object[]} */
     materials: [],
+    /** @type {object[]} */
     accessors: [],
+    /** @type {object[]} */
     bufferViews: [],
     buffers: [{ byteLength: 0 }],
   };
+  /** @type {Uint8Array[]} */
   const arrays = [];
+  /** @param {Float32Array | Uint32Array} array @param {number} target */
   const view = (array, target) => {
     const { byteLength } = json.buffers[0];
     json.bufferViews.push({ buffer: 0, byteOffset: byteLength, byteLength: array.byteLength, target });
@@ -105,6 +109,7 @@ function glb(item) {
   const text = new TextEncoder().encode(JSON.stringify(json));
   const length = Math.ceil(text.length / 4) * 4;
   const bytes = new Uint8Array(28 + length + json.buffers[0].byteLength);
+  /** @param {number} at @param {number[]} values */
   const numbers = (at, ...values) => new Uint32Array(bytes.buffer, at, values.length).set(values);
   numbers(0, 0x46546c67, 2, bytes.length, length, 0x4e4f534a);
   bytes.fill(32, 20, 20 + length);
@@ -136,24 +141,31 @@ function commands() {
   return [model.header.command, draw, ...(two ? [pathCommand()] : [])];
 }
 
+/** @param {import("./main.js").Panels} panels */
 export function openExport(panels) {
-  const dialog = byId("export");
+  const dialog = the(HTMLDialogElement, "export");
+  /** @param {string} title @param {Node[]} buttons */
   const line = (title, ...buttons) => make("div", "", { class: "line" }, make("span", title), ...buttons);
+  /** @param {string} text @param {string} id @param {() => void} onclick */
   const to = (text, id, onclick) => button(text, onclick, { id: "save-" + id });
-  const pictures = ["tree", "graph", "tangle", "likeness", "way", "flat", "rarefaction"].filter(name => panels[name] && !byId(name).hidden);
-  const lines = pictures.map(name => {
-    const { drawing } = panels[name];
+  const pictures = /** @type {const} */ (["tree", "graph", "tangle", "likeness", "way", "flat", "rarefaction"]);
+  const lines = pictures.flatMap(name => {
+    const drawing = panels[name]?.drawing;
+    const section = byId(name);
+    if (!drawing || section.hidden) return [];
     return line(
-      byId(name).querySelector("h2").textContent,
+      headingOf(section).textContent,
       to("SVG", name + "-svg", () => save(name + ".svg", "image/svg+xml", drawing.svg())),
       to("PNG", name + "-png", () => saveCanvas(name + ".png", drawing.canvas)),
     );
   });
-  if (panels.scene?.views) {
+  const views = panels.scene?.views;
+  if (views) {
     const item = shownItem();
+    const pair = model.scene(item);
     const file = `grasp-${model.name(item).replace("#", "")}.glb`;
-    const glTF = model.scene(item) ? [to("GLB", "scene-glb", () => save(file, "model/gltf-binary", glb(item)))] : [];
-    const png = to("PNG", "scene-png", () => saveCanvas("grasp.png", panels.scene.views[model.sideOf(item)].canvas));
+    const glTF = pair ? [to("GLB", "scene-glb", () => save(file, "model/gltf-binary", glb(item, pair)))] : [];
+    const png = to("PNG", "scene-png", () => saveCanvas("grasp.png", views[model.sideOf(item)].canvas));
     lines.push(line("View of " + model.name(item), png, ...glTF));
   }
   const chosen = state.selected.length ? state.selected : passing();

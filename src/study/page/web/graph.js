@@ -1,20 +1,28 @@
 // The barrier graph: minima near each other are joined by low passes. Places and widths were computed with the picture.
 
+import { headingOf } from "./dom.js";
 import { look, lookOf } from "./looks.js";
 import { Drawing, nearest, OF_ITEMS, rings } from "./pen.js";
 import { routeOf } from "./route.js";
 import { derived, model, state } from "./state.js";
 
+/** @typedef {import("./pen.js").Pen} Pen */
+
 export class GraphPanel {
-  constructor(section) {
-    this.side = model.sides[0];
-    const { graph } = this.side;
+  /** @param {HTMLElement} section @param {import("./data.js").Landscape} side */
+  constructor(section, side) {
+    this.side = side;
+    const { graph } = side;
     this.circles = Array.from(graph.minimum);
     this.ofFamilies = graph.of === "families";
-    if (this.ofFamilies) section.querySelector("h2").textContent = "Barrier graph of the families";
+    if (this.ofFamilies) headingOf(section).textContent = "Barrier graph of the families";
     this.circleOf = new Map(this.circles.map((item, circle) => [item, circle]));
     this.order = Array.from(graph.a, (_, line) => line);
     this.order.sort((p, q) => graph.is_lowest[p] - graph.is_lowest[q] || graph.height[q] - graph.height[p]);
+    // Circles are shown so many times larger, about their middle at the centre of the panel, or turned by a right angle.
+    this.scale = 1;
+    this.turned = false;
+    this.middle = this.centre = [0, 0];
     this.drawing = new Drawing(
       section,
       "Barrier graph",
@@ -26,7 +34,7 @@ export class GraphPanel {
     this.drawing.order = this.circles;
   }
 
-  // The circle that stands for an item: its own, or that of its family.
+  /** The circle that stands for an item: its own, or that of its family. @param {number} item */
   circle(item) {
     if (model.sideOf(item) !== 0) return undefined;
     if (this.circleOf.has(item) || !this.ofFamilies) return this.circleOf.get(item);
@@ -34,14 +42,16 @@ export class GraphPanel {
     return circle < 0 ? undefined : circle;
   }
 
-  // Fits the circles into the panel, turned by a right angle if they are then larger.
+  /** Fits the circles into the panel, turned by a right angle if they are then larger. @param {number} w @param {number} h */
   scales(w, h) {
     const { x, y, radius } = this.side.graph;
+    /** @param {Float32Array} places */
     const bounds = places => [
       Math.min(...places.map((place, k) => place - radius[k])),
       Math.max(...places.map((place, k) => place + radius[k])),
     ];
     const [[left, right], [top, bottom]] = [bounds(x), bounds(y)];
+    /** @param {number} width @param {number} height */
     const fit = (width, height) => Math.min(1.2, (w - 24) / (width || 1), (h - 44) / (height || 1));
     const [upright, turned] = [fit(right - left, bottom - top), fit(bottom - top, right - left)];
     this.turned = turned > 1.12 * upright;
@@ -50,16 +60,19 @@ export class GraphPanel {
     this.centre = [w / 2, h / 2 + 8];
   }
 
+  /** @param {number} circle */
   at(circle) {
     const { x, y } = this.side.graph;
     const [dx, dy] = [this.scale * (x[circle] - this.middle[0]), this.scale * (y[circle] - this.middle[1])];
     return this.turned ? [this.centre[0] - dy, this.centre[1] + dx] : [this.centre[0] + dx, this.centre[1] + dy];
   }
 
+  /** @param {number} circle */
   radius(circle) {
     return Math.max(2.5, this.scale * this.side.graph.radius[circle]);
   }
 
+  /** @param {Pen} pen @param {number} w @param {number} h */
   paint(pen, w, h) {
     this.scales(w, h);
     const route = this.route();
@@ -71,6 +84,7 @@ export class GraphPanel {
     });
   }
 
+  /** @param {Pen} pen */
   mark(pen) {
     rings((item, stroke, width, gap) => {
       const circle = this.circle(item);
@@ -85,6 +99,7 @@ export class GraphPanel {
     });
   }
 
+  /** @param {Pen} pen @param {number} line @param {boolean} lit */
   line(pen, line, lit) {
     const { graph } = this.side;
     const ends = [graph.a[line], graph.b[line]];
@@ -102,6 +117,7 @@ export class GraphPanel {
 
   // The lines of the way between the chosen minima.
   route() {
+    /** @type {Set<number>} */
     const lines = new Set();
     const { a, b } = this.side.graph;
     const minima = routeOf(state.selected)?.minima ?? [];
@@ -113,6 +129,7 @@ export class GraphPanel {
     return lines;
   }
 
+  /** @param {number[]} at */
   found([x, y]) {
     const circle = nearest(this.circles.length, 10, circle => {
       const [cx, cy] = this.at(circle);

@@ -1,9 +1,20 @@
 // Forward kinematics and skinning of hands, with the formulas of src/hand/kinematics.rs, skin.rs and blend.rs.
 
+/**
+ * @typedef {{ parent: number | null, rotation: number[], translation: Three, ball: number | null,
+ *   motion: { joint: number, ratio: number, offset: number, axis: Three, slides: boolean } | null }} Link
+ * @typedef {{ links: Link[], joints: object[], order: [number, number, Link][], bending?: Bending | null,
+ *   skin: { count: ArrayLike<number>, link: ArrayLike<number>, binding: ArrayLike<number>, starts: ArrayLike<number>, triangles: Uint32Array } }} Hand
+ * @typedef {{ offset: ArrayLike<number>, map: ArrayLike<number> }} Bending
+ * @typedef {[number, number, number]} Three
+ * @typedef {ArrayLike<number>} List
+ */
+
 // A frame is 12 numbers: the rotation row by row, then the translation.
 const FRAME = 12;
 
 // out = a · b for rotations, row by row, at these places.
+/** @param {List} a @param {number} from @param {List} b @param {Float64Array} out @param {number} to */
 function turnBy(a, from, b, out, to) {
   for (let row = 0; row < 3; row++) {
     const [x, y, z] = [a[from + 3 * row], a[from + 3 * row + 1], a[from + 3 * row + 2]];
@@ -13,7 +24,7 @@ function turnBy(a, from, b, out, to) {
   }
 }
 
-// The rotation by the vector `angle` · `axis`, row by row.
+/** The rotation by the vector `angle` · `axis`, row by row. @param {Three} axis @param {number} angle */
 function rotationAbout([x, y, z], angle) {
   const [sin, cos] = [Math.sin(angle), Math.cos(angle)];
   const rest = 1 - cos;
@@ -30,6 +41,7 @@ function rotationAbout([x, y, z], angle) {
   ];
 }
 
+/** @param {number} w @param {number} x @param {number} y @param {number} z */
 function rotationOf(w, x, y, z) {
   const norm = Math.hypot(w, x, y, z) || 1;
   [w, x, y, z] = [w / norm, x / norm, y / norm, z / norm];
@@ -46,7 +58,7 @@ function rotationOf(w, x, y, z) {
   ];
 }
 
-// Rotations of the ball joints of MANO at the joint coordinates `q`.
+/** Rotations of the ball joints of MANO at the joint coordinates `q`. @param {Bending} bending @param {List} q */
 function ballRotations(bending, q) {
   const angles = Float64Array.from(bending.offset);
   for (let joint = 0; joint < q.length; joint++) {
@@ -61,12 +73,6 @@ function ballRotations(bending, q) {
   return rotations;
 }
 
-/**
- * @typedef {{ parent: number | null, rotation: number[], translation: [number, number, number], ball: number | null,
- *   motion: { joint: number, ratio: number, offset: number, axis: [number, number, number], slides: boolean } | null }} Link
- * @typedef {{ links: Link[], joints: object[], order: [number, number, Link][], bending?: { offset: number[], map: ArrayLike<number> },
- *   skin: { count: ArrayLike<number>, link: ArrayLike<number>, binding: ArrayLike<number>, starts: ArrayLike<number>, triangles?: Uint32Array } }} Hand
- */
 
 /**
  * Frames of all links in the object's frame at x = [t, q(wxyz), joints].
@@ -104,6 +110,7 @@ export function poseLinks(hand, x) {
 }
 
 // out = rotation · vector + offset.
+/** @param {List} rotation @param {number} from @param {Three} vector @param {List} offset @param {number} at @param {Float64Array} out @param {number} to */
 function moveBy(rotation, from, [x, y, z], offset, at, out, to) {
   for (let row = 0; row < 3; row++) {
     const k = from + 3 * row;
@@ -138,10 +145,11 @@ export function poseSkin(hand, frames, out) {
   return out;
 }
 
-// A pose between two poses: straight for places and joints, the short way for the rotation.
-export function between(a, b, t, joints) {
+// A point between two: straight, but if they are poses, the rotation goes the short way.
+/** @param {List} a @param {List} b @param {number} t @param {boolean} poses */
+export function between(a, b, t, poses) {
   const x = Float64Array.from(a, (value, k) => value + t * (b[k] - value));
-  if (joints === undefined) return x;
+  if (!poses) return x;
   let dot = 0;
   for (let k = 3; k < 7; k++) dot += a[k] * b[k];
   const sign = dot < 0 ? -1 : 1;

@@ -1,7 +1,7 @@
 // Labelling by keyboard: a sheet of pictures, a chooser of types, and the file that `landscape label --from` reads.
 
 import { leastSureFirst, nextAsked, placesAfter } from "./asked.js";
-import { button, byId, make, memory } from "./dom.js";
+import { button, byId, make, memory, the } from "./dom.js";
 import { save } from "./export.js";
 import { FIRST_CAMERA, stamps } from "./pins.js";
 import { change, model, watch } from "./state.js";
@@ -10,10 +10,12 @@ import { plain, plural, quoted } from "./text.js";
 // Labels given in this browser, kept under a key that is made from the grasps themselves: files of one name share none.
 const given = {
   key: "",
+  /** @type {Map<number, string> | null} */
   undone: null,
 
   start() {
     this.key = "landscape labels " + model.sides[0].key;
+    /** @type {[number, string][]} */
     let kept = [];
     try {
       kept = JSON.parse(memory.get(this.key) || "[]");
@@ -24,9 +26,10 @@ const given = {
     watch(["labels"], () => this.show());
   },
 
+  /** @param {string} label */
   known: label => label === "" || label === "unlisted" || model.types.has(label),
 
-  // The label that a person gave an item, here or in the file; empty if none did.
+  /** The label that a person gave an item, here or in the file; empty if none did. @param {number} item */
   to: item => model.text("given", item),
 
   count() {
@@ -36,6 +39,7 @@ const given = {
   },
 
   // Gives an item a label; an empty one takes it away. What the file says itself is not kept.
+  /** @param {number} item @param {string} label */
   give(item, label) {
     model.own.delete(item);
     if (this.to(item) !== label) model.own.set(item, label);
@@ -49,10 +53,11 @@ const given = {
   },
 
   undo() {
-    for (const [item, label] of this.undone) model.own.set(item, label);
+    for (const [item, label] of this.undone ?? []) model.own.set(item, label);
     this.keep(null);
   },
 
+  /** @param {Map<number, string> | null} undone */
   keep(undone) {
     this.undone = undone;
     memory.set(this.key, JSON.stringify([...model.own]));
@@ -74,9 +79,20 @@ const given = {
   },
 };
 
+/** @typedef {{ label: string, head: string, detail: string, number: string, words: string }} Choice */
+
 export class LabelSheet {
+  /** @param {HTMLElement} section */
   constructor(section) {
     this.section = section;
+    this.bar = make("progress");
+    this.told = make("span", "", { id: "label-progress", role: "status" });
+    this.grid = make("div", "", { class: "cards" });
+    // A card for each item once the sheet is open, and the line of its label.
+    /** @type {HTMLElement[]} */
+    this.cards = [];
+    /** @type {HTMLElement[]} */
+    this.labels = [];
     this.items = Array.from({ length: model.count }, (_, item) => item);
     given.start();
     this.current = 0;
@@ -84,13 +100,18 @@ export class LabelSheet {
     this.unsure = leastSureFirst(this.items.map(item => model.certainty(item)));
     this.inOrder = this.unsure === null;
     // Places that the person has left without a label.
+    /** @type {Set<number>} */
     this.left = new Set();
-    this.choices = this.types();
+    this.dialog = the(HTMLDialogElement, "chooser");
+    this.search = the(HTMLInputElement, "choice");
+    this.choices = this.found = this.types();
+    this.marked = 0;
     this.chooser();
     // The sheet follows what is given and discarded.
-    watch(["labels"], () => this.cards && this.show());
+    watch(["labels"], () => this.cards.length && this.show());
   }
 
+  /** @returns {Choice[]} */
   types() {
     const entries = model.header.taxonomy.map(type => ({
       label: type.name,
@@ -106,7 +127,7 @@ export class LabelSheet {
   }
 
   open() {
-    if (!this.cards) this.build();
+    if (!this.cards.length) this.build();
     this.section.hidden = false;
     document.body.classList.add("labelling");
     this.show();
@@ -119,21 +140,21 @@ export class LabelSheet {
   }
 
   build() {
+    /** @param {string} text */
     const key = text => make("kbd", text);
-    this.bar = make("progress");
-    this.told = make("span", "", { id: "label-progress", role: "status" });
     const rules = make("input", "", {
       type: "checkbox",
       id: "label-rules",
-      onchange: event => this.section.classList.toggle("rules", event.target.checked),
+      onchange: () => void this.section.classList.toggle("rules", rules.checked),
     });
     const saved = () => save("labels.csv", "text/csv", this.csv());
+    /** @type {(HTMLElement | string)[]} */
     const keys = [key("←"), key("→"), " move, ", key("Enter"), " or a letter: choose a type, ", key("0"), " unlisted, "];
     keys.push(key("Delete"), " no label, ", key("Space"), " next without label. ");
     const order = make(
       "select",
       "",
-      { id: "label-order", onchange: () => this.ask(order.value === "items") },
+      { id: "label-order", onchange: () => void this.ask(order.value === "items") },
       make("option", "least sure first", { value: "unsure" }),
       make("option", "in order", { value: "items" }),
     );
@@ -150,10 +171,9 @@ export class LabelSheet {
       button("Back", () => this.close(), { id: "label-end" }),
       make("span", "", { class: "keys" }, ...keys, "Labels stay in this browser; the file is what counts."),
     );
-    this.section.replaceChildren(header);
     this.cards = this.items.map((item, place) => this.card(item, place));
-    this.grid = make("div", "", { class: "cards" }, ...this.cards);
-    this.section.append(this.grid);
+    this.grid.append(...this.cards);
+    this.section.replaceChildren(header, this.grid);
     const seen = new IntersectionObserver(
       entries => entries.filter(entry => entry.isIntersecting).forEach(entry => this.picture(entry.target)),
       { rootMargin: "300px" },
@@ -163,15 +183,16 @@ export class LabelSheet {
     this.section.addEventListener("keydown", event => this.press(event));
   }
 
+  /** @param {number} item @param {number} place */
   card(item, place) {
     const views = [0, 1].map(() => make("canvas", "", { role: "img", "aria-hidden": "true" }));
     const object = model.text("object", item);
     const name = make("span", model.name(item) + (object ? " on " + plain(object) : ""));
-    const line = make("p", "", {}, name, make("strong", "", { class: "label" }));
+    this.labels[place] = make("strong", "", { class: "label" });
+    const line = make("p", "", {}, name, this.labels[place]);
     const said = model.rule(item) ? ` (${model.rule(item)})` : "";
     const rule = make("div", `rule: ${plain(model.byRule(item))}${said}`, { class: "rule" });
-    const card = make("div", "", { class: "card", tabindex: 0, role: "button" }, ...views, line, rule);
-    card.dataset.item = item;
+    const card = make("div", "", { class: "card", tabindex: 0, role: "button", "data-item": item }, ...views, line, rule);
     card.addEventListener("focus", () => {
       this.current = place;
     });
@@ -182,11 +203,11 @@ export class LabelSheet {
     return card;
   }
 
-  // Two pictures, from sides 90° apart.
+  /** Two pictures, from sides 90° apart. @param {Element} card */
   picture(card) {
-    if (card.dataset.drawn) return;
-    card.dataset.drawn = "1";
-    const item = Number(card.dataset.item);
+    if (card.hasAttribute("data-drawn")) return;
+    card.setAttribute("data-drawn", "1");
+    const item = Number(card.getAttribute("data-item"));
     const [a, e, z] = FIRST_CAMERA;
     [...card.querySelectorAll("canvas")].forEach((canvas, k) => stamps.draw(canvas, item, [a + 95 * k, e + 10 * k, z]));
   }
@@ -195,7 +216,7 @@ export class LabelSheet {
     this.items.forEach((item, place) => {
       const label = given.to(item);
       this.cards[place].classList.toggle("labelled", label !== "");
-      this.cards[place].querySelector(".label").textContent = plain(label);
+      this.labels[place].textContent = plain(label);
       this.cards[place].setAttribute("aria-label", `${model.name(item)} ${plain(label) || "without label"}`);
     });
     this.bar.max = this.items.length;
@@ -218,28 +239,33 @@ export class LabelSheet {
     this.told.textContent = `${words}; next: ${model.name(item)}, ${reason}`;
   }
 
+  /** @param {boolean} inOrder */
   ask(inOrder) {
     this.inOrder = inOrder;
     this.tell();
   }
 
+  /** @param {number} place */
   labelled(place) {
     return given.to(this.items[place]) !== "";
   }
 
   // The place of the next item without a label, if there is one.
   asked() {
+    /** @param {number} place */
     const labelled = place => this.labelled(place);
-    return this.inOrder
+    return this.inOrder || !this.unsure
       ? nextAsked(placesAfter(this.current, this.items.length), new Set(), labelled)
       : nextAsked(this.unsure, this.left, labelled);
   }
 
+  /** @param {string} label */
   give(label) {
     given.give(this.items[this.current], label);
     this.show();
   }
 
+  /** @param {number} place */
   go(place) {
     this.current = Math.max(0, Math.min(this.items.length - 1, place));
     this.cards[this.current]?.focus();
@@ -253,12 +279,15 @@ export class LabelSheet {
     if (place !== undefined) this.go(place);
   }
 
+  /** @param {KeyboardEvent} event */
   press(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const { target } = event;
+    if (!(target instanceof Element) || event.ctrlKey || event.metaKey || event.altKey) return;
     // In a list of choices, Escape closes the list.
-    if (event.key === "Escape" && !event.target.closest("select")) this.close();
-    if (!event.target.closest(".card")) return;
+    if (event.key === "Escape" && !target.closest("select")) this.close();
+    if (!target.closest(".card")) return;
     const columns = getComputedStyle(this.grid).gridTemplateColumns.split(" ").length;
+    /** @type {Record<string, number>} */
     const moves = { ArrowLeft: -1, ArrowRight: 1, ArrowUp: -columns, ArrowDown: columns };
     if (event.key in moves) this.go(this.current + moves[event.key]);
     else if (event.key === "Enter") this.choose();
@@ -274,9 +303,8 @@ export class LabelSheet {
   }
 
   chooser() {
-    const [dialog, search] = [byId("chooser"), byId("choice")];
-    search.addEventListener("input", () => this.list());
-    dialog.addEventListener("keydown", event => {
+    this.search.addEventListener("input", () => this.list());
+    this.dialog.addEventListener("keydown", event => {
       if (event.key === "ArrowDown") this.marked = Math.min(this.found.length - 1, this.marked + 1);
       else if (event.key === "ArrowUp") this.marked = Math.max(0, this.marked - 1);
       else if (event.key === "Enter") {
@@ -286,19 +314,19 @@ export class LabelSheet {
       event.preventDefault();
       this.mark();
     });
-    dialog.addEventListener("close", () => this.cards[this.current]?.focus());
+    this.dialog.addEventListener("close", () => this.cards[this.current]?.focus());
   }
 
   choose(text = "") {
-    byId("choice").value = text;
+    this.search.value = text;
     this.list();
-    byId("chooser").showModal();
-    byId("choice").focus();
+    this.dialog.showModal();
+    this.search.focus();
   }
 
   list() {
-    const words = byId("choice")
-      .value.trim()
+    const words = this.search.value
+      .trim()
       .toLowerCase()
       .split(/\s+/)
       .filter(word => word);
@@ -321,9 +349,10 @@ export class LabelSheet {
     });
   }
 
+  /** @param {number} place */
   take(place) {
     if (!this.found[place]) return;
-    byId("chooser").close();
+    this.dialog.close();
     this.give(this.found[place].label);
     this.next();
   }

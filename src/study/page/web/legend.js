@@ -1,5 +1,6 @@
 // What the colours mean, with counts, and the filters that stay in sight. A click on an entry filters by it.
 
+import { append } from "./data.js";
 import { button, make } from "./dom.js";
 import { unquoted } from "./filter.js";
 import { disc, lookOf, otherLabels, range, viridis } from "./looks.js";
@@ -13,17 +14,23 @@ const MOST_ENTRIES = 9;
 // Ranges into which the legend of a number is divided.
 const RANGES = 5;
 
+/**
+ * @typedef {import("./filter.js").Test} Test
+ * @typedef {{ words: string, chip: string, count: number, dot: import("./data.js").Look }} Entry words, filter, number and look of items
+ */
+
 export class Legend {
+  /** @param {HTMLElement} section */
   constructor(section) {
     this.section = section;
     watch(["colour", "level", "chips", "query", "labels", "look"], () => this.show());
   }
 
-  // Words, filter, look and number of items of each entry.
+  /** @returns {Entry[]} */
   entries() {
     const items = Array.from({ length: model.count }, (_, item) => item);
-    const count = test => items.filter(test).length;
-    const entry = (words, chip, test) => ({ words, chip, count: count(test), dot: lookOf(items.find(test) ?? 0) });
+    /** @param {string} words @param {string} chip @param {Test} test */
+    const entry = (words, chip, test) => ({ words, chip, count: items.filter(test).length, dot: lookOf(items.find(test) ?? 0) });
     if (derived.basins) {
       return derived.basins.list.map(basin => {
         const name = model.name(basin[0]);
@@ -37,24 +44,21 @@ export class Legend {
         );
       case "type": {
         const { known, greys } = model.header.looks;
-        const own = pairs => pairs.map(([label]) => label);
-        return [...own(known), ...otherLabels(), ...own(greys), ""].map(label => {
+        const [own, grey] = [known, greys].map(looks => looks.map(([label]) => label));
+        return [...own, ...otherLabels(), ...grey, ""].map(label => {
           const chip = `label = "${label.replace(/["\\]/g, "\\$&")}"`;
           return entry(plain(label).replaceAll("_", " ") || "no label", chip, item => model.text("label", item) === label);
         });
       }
       case "stable": {
-        const is = value => item => model.number("stable", item) === value;
-        const none = item => Number.isNaN(model.number("stable", item));
-        return [entry("held", "stable", is(1)), entry("fell", "unstable", is(0)), entry("not simulated", "not simulated", none)];
+        /** @type {(value: number) => Test} */
+        const is = value => item => Object.is(model.number("stable", item), value);
+        return [entry("held", "stable", is(1)), entry("fell", "unstable", is(0)), entry("not simulated", "not simulated", is(NaN))];
       }
       case "family": {
+        /** @type {Map<number, number[]>} */
         const families = new Map();
-        for (const item of items) {
-          const family = model.number("family", item);
-          if (!families.has(family)) families.set(family, []);
-          families.get(family).push(item);
-        }
+        for (const item of items) append(families, model.number("family", item), item);
         return [...families].map(([family, members]) => {
           const name = "g" + family;
           return { words: familyName(model.at(members[0])[0], family), chip: name, count: members.length, dot: lookOf(members[0]) };
@@ -65,8 +69,10 @@ export class Legend {
     }
   }
 
+  /** @param {string} field @param {number[]} items */
   ranges(field, items) {
     return rangesOf(field, range(field)).map(({ words, chip, above, below }, k) => {
+      /** @type {Test} */
       const inside = item => model.number(field, item) >= above && model.number(field, item) < below;
       return { words, chip, count: items.filter(inside).length, dot: disc(viridis((k + 0.5) / RANGES)) };
     });
@@ -76,6 +82,7 @@ export class Legend {
     const entries = this.entries().filter(({ count }) => count > 0);
     const endless = state.colour === "family" || derived.basins;
     if (endless) entries.sort((a, b) => b.count - a.count);
+    /** @type {HTMLElement[]} */
     const buttons = entries.slice(0, endless ? MOST_ENTRIES : entries.length).map(({ words, chip, count, dot }) => {
       const attributes = { "aria-pressed": String(state.chips.includes(chip)), title: `Show only these: ${chip}` };
       return button("", () => toggleChip(chip), attributes, dotOf(dot), `${words} `, make("small", count));
@@ -87,13 +94,13 @@ export class Legend {
     );
     const all = chips.length ? [make("span", "only"), ...chips, make("output", `${derived.passing} of ${model.count}`)] : [];
     // The focus stays on the entry that was pressed.
-    const focused = this.section.contains(document.activeElement) ? document.activeElement.textContent : null;
+    const focused = this.section.contains(document.activeElement) && document.activeElement?.textContent;
     this.section.replaceChildren(make("div", "", {}, ...buttons), make("div", "", {}, ...all));
     if (focused) [...this.section.querySelectorAll("button")].find(one => one.textContent === focused)?.focus();
   }
 }
 
-// A filter in a few words.
+/** A filter in a few words. @param {string} chip */
 function chipWords(chip) {
   if (chip === 'category = ""') return "no category";
   if (chip === 'label = ""') return "no label";
@@ -101,11 +108,12 @@ function chipWords(chip) {
   return chip.replace(/^category = /, "").replace(/^family = /, "family of ").replace(/^stable$/, "held").replace(/^unstable$/, "fell");
 }
 
-// The parts of the range of a number: words, filter and bounds of each.
+/** The parts of the range of a number: words, filter and bounds of each. @param {string} field @param {[number, number]} range */
 export function rangesOf(field, [low, high]) {
   if (!(high > low)) return [];
   // An edge is written to a hundredth to a tenth of a part, so that no two edges are the same number.
   const places = Math.min(100, Math.max(0, 1 + Math.ceil(-Math.log10((high - low) / RANGES))));
+  /** @param {number} value */
   const written = value => value.toFixed(places).replace(/^-(?=[0.]*$)/, "");
   const edges = Array.from({ length: RANGES + 1 }, (_, k) => written(low + ((high - low) * k) / RANGES));
   return edges.slice(1).map((edge, k) => {

@@ -8,10 +8,15 @@ import { meaning } from "./words.js";
 
 const FOOT = 24;
 
+/** @typedef {import("./data.js").Likeness} Likeness */
+/** @typedef {import("./pen.js").Pen} Pen */
+
 export class LikenessPanel {
-  constructor(section) {
-    this.side = model.sides[0];
-    const errors = this.side.likeness.parts.map(part => part.error).filter(error => error !== null);
+  /** @param {HTMLElement} section @param {Likeness} likeness */
+  constructor(section, likeness) {
+    this.likeness = likeness;
+    this.scale = this.left = this.top = this.radius = 0;
+    const errors = likeness.parts.map(part => part.error).filter(error => error !== null);
     const error = errors.length ? ` In the plane they are right to within ${percent(Math.max(...errors))} on average.` : "";
     this.meaning = meaning("likeness") + error;
     this.drawing = new Drawing(
@@ -24,13 +29,15 @@ export class LikenessPanel {
     );
   }
 
+  /** @param {number} item */
   at(item) {
-    const { x, y } = this.side.likeness;
+    const { x, y } = this.likeness;
     return [this.left + this.scale * x[item], this.top + this.scale * y[item]];
   }
 
+  /** @param {Pen} pen @param {number} w @param {number} h */
   paint(pen, w, h) {
-    const { size, parts } = this.side.likeness;
+    const { size, parts } = this.likeness;
     this.scale = Math.min((w - 16) / size[0], (h - FOOT - 16) / size[1]);
     this.left = (w - this.scale * size[0]) / 2;
     this.top = 8 + (h - FOOT - 16 - this.scale * size[1]) / 2;
@@ -43,7 +50,7 @@ export class LikenessPanel {
     this.ruler(pen, w, h);
   }
 
-  // Pictures of several populations, with their names where there is room.
+  /** Pictures of several populations, with their names where there is room. @param {Pen} pen @param {Likeness["parts"]} parts */
   frames(pen, parts) {
     for (const { name, corner, size } of parts) {
       const [x, y] = [this.left + this.scale * corner[0], this.top + this.scale * corner[1]];
@@ -59,15 +66,17 @@ export class LikenessPanel {
     }
   }
 
-  // A length for comparison.
+  /** A length for comparison. @param {Pen} pen @param {number} w @param {number} h */
   ruler(pen, w, h) {
-    const [value] = ticks(0, 120 / this.scale, 2).at(-1);
+    const [[value]] = ticks(0, 120 / this.scale, 2).slice(-1);
     const y = h - 10;
     pen.line(10, y, 10 + this.scale * value, y, { stroke: look.line, width: 2 });
     pen.label([18 + this.scale * value, y], `${shown(1e3 * value, 3)} mm`);
   }
 
+  /** @param {Pen} pen */
   mark(pen) {
+    /** @type {import("./pen.js").Ring} */
     const ring = (item, stroke, width, gap) => pen.circle(this.at(item), this.radius + gap, { stroke, width });
     if (state.hover === null && state.selected.length === 0) ring(looked(), look.ink, 1.5, 3);
     rings(ring);
@@ -77,6 +86,7 @@ export class LikenessPanel {
     });
   }
 
+  /** @param {number[]} at */
   found([x, y]) {
     const item = nearest(model.count, 12, item => {
       const [px, py] = this.at(item);

@@ -4,12 +4,15 @@ import { FAMILY } from "./basins.js";
 import { NONE } from "./data.js";
 import { derived, model, state } from "./state.js";
 
-export const look = { dark: false };
+/** @typedef {import("./data.js").Look} Look */
+
+const INKS = /** @type {const} */ (["ink", "soft", "line", "pale", "faint", "paper", "accent", "route"]);
+export const look = { dark: false, ink: "", soft: "", line: "", pale: "", faint: "", paper: "", accent: "", route: "" };
 
 // Reads the colours of the present look, dark or light.
 export function readLook() {
   const style = getComputedStyle(document.documentElement);
-  for (const name of ["ink", "soft", "line", "pale", "faint", "paper", "accent", "route"]) {
+  for (const name of INKS) {
     look[name] = style.getPropertyValue("--" + name).trim();
   }
   look.dark = style.colorScheme === "dark";
@@ -23,21 +26,27 @@ const VIRIDIS = ["#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89
 // What has no label.
 const UNLABELLED = disc("#7b8fa8");
 
+/** @param {string} colour @returns {Look} */
 export function disc(colour) {
   return { colour, corners: [], open: false };
 }
 
+/** @param {number} t */
 export function viridis(t) {
   const place = Math.min(0.9999, Math.max(0, t)) * (VIRIDIS.length - 1);
+  /** @param {string} text */
   const channels = text => [1, 3, 5].map(k => parseInt(text.slice(k, k + 2), 16));
   const [a, b] = [VIRIDIS[Math.floor(place)], VIRIDIS[Math.floor(place) + 1]].map(channels);
   return `rgb(${a.map((value, k) => Math.round(value + (place % 1) * (b[k] - value))).join(" ")})`;
 }
 
-const ranges = {};
+/** @type {Map<string, [number, number]>} */
+const ranges = new Map();
 
+/** @param {string} field */
 export function range(field) {
-  if (!ranges[field]) {
+  let known = ranges.get(field);
+  if (!known) {
     let [low, high] = [Infinity, -Infinity];
     for (let item = 0; item < model.count; item++) {
       const value = model.number(field, item);
@@ -45,21 +54,25 @@ export function range(field) {
     }
     // What differs by rounding has one colour.
     const rounding = ["energy", "joins", "barrier"].includes(field) ? Math.max(...model.sides.map(side => side.rounding)) : 0;
-    ranges[field] = high - low > rounding ? [low, high] : [low, low];
+    known = [low, high - low > rounding ? high : low];
+    ranges.set(field, known);
   }
-  return ranges[field];
+  return known;
 }
 
-// The look of an item: the colour of its superbasin while there is a level, else what is chosen.
+/** The look of an item: the colour of its superbasin while there is a level, else what is chosen. @param {number} item @returns {Look} */
 export function lookOf(item) {
-  if (derived.basins) return derived.basins.colour[item] < 0 ? NOTHING : disc(familyColour(item));
+  if (derived.basins) {
+    const colour = familyColour(item);
+    return colour ? disc(colour) : NOTHING;
+  }
   switch (state.colour) {
     case "category":
       return model.key.get(model.text("category", item)) ?? NOTHING;
     case "type":
       return lookOfLabel(model.text("label", item));
     case "stable":
-      return { 0: model.key.get("power"), 1: model.key.get("precision") }[model.number("stable", item)] ?? NOTHING;
+      return model.key.get(["power", "precision"][model.number("stable", item)]) ?? NOTHING;
     case "family":
       return model.inTurn[model.number("family", item) % model.inTurn.length];
     default: {
@@ -70,7 +83,7 @@ export function lookOf(item) {
   }
 }
 
-// The look of a label: its own, or as those without one take looks in turn, in alphabetical order.
+/** The look of a label: its own, or as those without one take looks in turn, in alphabetical order. @param {string} label */
 export function lookOfLabel(label) {
   if (label === "") return UNLABELLED;
   const known = model.key.get(label);
@@ -81,6 +94,7 @@ export function lookOfLabel(label) {
 // The labels on the page that have no look of their own, in alphabetical order.
 export function otherLabels() {
   if (!derived.otherLabels) {
+    /** @type {Set<string>} */
     const labels = new Set();
     for (let item = 0; item < model.count; item++) labels.add(model.text("label", item));
     derived.otherLabels = [...labels].filter(label => label !== "" && !model.key.has(label)).sort();
@@ -88,20 +102,20 @@ export function otherLabels() {
   return derived.otherLabels;
 }
 
-// The colour of an item, for lines.
+/** The colour of an item, for lines. @param {number} item */
 export function colourOf(item) {
   return lookOf(item).colour;
 }
 
-// The colour of the family of an item, or null if it is alone or above the level.
+/** The colour of the family of an item, or null if it is alone or above the level, or there is none. @param {number} item */
 export function familyColour(item) {
-  const number = derived.basins.colour[item];
+  const number = derived.basins?.colour[item] ?? -1;
   return number < 0 ? null : FAMILY[look.dark ? "dark" : "light"][number];
 }
 
-// The items in the superbasin of an item, or null.
+/** The items in the superbasin of an item, or null. @param {number | null} item */
 export function family(item) {
-  if (!derived.basins || derived.basins.top[item] === NONE) return null;
+  if (!derived.basins || item === null || derived.basins.top[item] === NONE) return null;
   const side = model.sideOf(item);
   const items = [];
   for (let other = model.offsets[side]; other < model.offsets[side + 1]; other++) {

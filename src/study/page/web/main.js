@@ -2,7 +2,7 @@
 
 import { FAMILY } from "./basins.js";
 import { Model, unpack } from "./data.js";
-import { button, byId, make, memory, showDialog, tip } from "./dom.js";
+import { button, byId, make, memory, showDialog, the, tip } from "./dom.js";
 import { openExport } from "./export.js";
 import { examples } from "./filter.js";
 import { FlatPanel } from "./flat.js";
@@ -18,12 +18,21 @@ import { onRoute, routeOf } from "./route.js";
 import { change, colourings, derived, followAddress, looked, model, pin, refresh, setModel, state, watch } from "./state.js";
 import { TablePanel } from "./table.js";
 import { showMoved, TanglePanel } from "./tangle.js";
-import { plain, plural, sideName } from "./text.js";
+import { messageOf, plain, plural, sideName } from "./text.js";
 import { TreePanel } from "./tree.js";
 import { RarefactionPanel, showTrust } from "./trust.js";
 import { WayPanel } from "./way.js";
 import { explainHeadings } from "./words.js";
 
+/**
+ * The parts of this page.
+ *
+ * @typedef {{ table?: TablePanel, tree?: TreePanel, graph?: GraphPanel, tangle?: TanglePanel, scene?: ScenePanel, flat?: FlatPanel,
+ *   way?: WayPanel, pins?: PinsPanel, likeness?: LikenessPanel, matrix?: MatrixPanel, rarefaction?: RarefactionPanel,
+ *   label?: LabelSheet }} Panels
+ */
+
+/** @type {Panels} */
 const panels = {};
 
 function heading() {
@@ -34,12 +43,13 @@ function heading() {
     sides.length === 1 ? side.title : same ? `${side.subject}: ${sides.map(one => one.name).join(" and ")}` : sides.map(sideName).join(" and ");
   document.title = title;
   byId("title").textContent = title;
-  const minima = one => `${plural(one.count, "minimum", "minima")} in ${plural(one.families, "family", "families")}`;
+  /** @param {import("./data.js").Side} one */
+  const minima = one => `${plural(one.count, "minimum", "minima")} in ${plural(one.families ?? 0, "family", "families")}`;
   byId("subtitle").textContent =
     side.item === "grasp"
       ? `${plain(side.name)}. Click a grasp to choose it; Label names the types.`
-      : [...sides.map(minima), ...(sides.length > 1 ? model.header.difference.notes.filter(note => /objects/.test(note)) : [])].join(" · ");
-  byId("query").placeholder = "Search: " + examples(model).slice(0, 4).join(", ");
+      : [...sides.map(minima), ...(model.header.difference?.notes ?? []).filter(note => /objects/.test(note))].join(" · ");
+  the(HTMLInputElement, "query").placeholder = "Search: " + examples(model).slice(0, 4).join(", ");
   const command = make("code", model.header.command);
   byId("made").replaceChildren(`Made by ${model.header.made_by} with `, command, ". This page needs no network.");
 }
@@ -65,38 +75,39 @@ function theme() {
 
 function makePanels() {
   const [side] = model.sides;
-  const show = (name, Panel) => {
-    byId(name).hidden = false;
-    panels[name] = new Panel(byId(name));
+  /** @param {string} name */
+  const shown = name => {
+    const section = byId(name);
+    section.hidden = false;
+    return section;
   };
   const two = model.sides.length > 1;
   // The first row of the table is what is shown at the start, so the table is made before the others.
   panels.table = new TablePanel(byId("table"));
   if (side.tree && !two) {
-    show("tree", TreePanel);
-    show("graph", GraphPanel);
+    panels.tree = new TreePanel(shown("tree"), side);
+    panels.graph = new GraphPanel(shown("graph"), side);
   }
-  if (two) show("tangle", TanglePanel);
-  if (["pose", "atoms"].includes(side.space?.kind)) show("scene", ScenePanel);
-  else if (side.coordinates && side.space.dimensions > 0) show("flat", FlatPanel);
+  if (two) panels.tangle = new TanglePanel(shown("tangle"));
+  if (["pose", "atoms"].includes(side.space?.kind)) panels.scene = new ScenePanel(shown("scene"));
+  else if (side.ways && side.space.dimensions > 0) panels.flat = new FlatPanel(shown("flat"), side, side.ways);
   if (side.tree) panels.way = new WayPanel(byId("way"));
   if (panels.scene?.views) panels.pins = new PinsPanel(byId("pins"));
-  if (side.likeness) show("likeness", LikenessPanel);
-  if (side.type) show("matrix", MatrixPanel);
-  if (two) {
-    byId("moved").hidden = false;
-    showMoved(byId("moved"));
-  } else if (side.rarefaction && side.space?.kind === "pose") show("rarefaction", RarefactionPanel);
+  if (side.likeness) panels.likeness = new LikenessPanel(shown("likeness"), side.likeness);
+  if (side.type) panels.matrix = new MatrixPanel(shown("matrix"));
+  if (model.header.difference) showMoved(shown("moved"), model.header.difference);
+  else if (side.rarefaction && side.space?.kind === "pose")
+    panels.rarefaction = new RarefactionPanel(shown("rarefaction"), side.rarefaction);
   if (side.members?.length && side.label && !two) panels.label = new LabelSheet(byId("labelling"));
   new Legend(byId("legend"));
-  explainHeadings(panels);
+  explainHeadings(panels.likeness?.meaning);
   document.body.dataset.panels = Object.keys(panels)
-    .filter(name => !byId(name)?.hidden)
+    .filter(name => !document.getElementById(name)?.hidden)
     .join(" ");
 }
 
 function tools() {
-  const colour = byId("colour");
+  const colour = the(HTMLSelectElement, "colour");
   // While there is a level, colours show the families below it. To choose another colour takes the level away.
   const families = make("option", "families below the level", { value: "level" });
   colour.append(...colourings().map(([name, words]) => make("option", words, { value: name })), families);
@@ -106,7 +117,7 @@ function tools() {
     colour.value = state.level === null ? state.colour : "level";
     colour.title = state.level === null ? "" : "Colours show the families below the level line; choose another colour to take the line away.";
   });
-  const query = byId("query");
+  const query = the(HTMLInputElement, "query");
   query.addEventListener("input", () => change({ query: query.value }));
   watch(["query"], () => {
     if (query.value !== state.query) query.value = state.query;
@@ -118,7 +129,7 @@ function tools() {
   byId("export-open").addEventListener("click", () => openExport(panels));
   byId("help-open").addEventListener("click", openHelp);
   byId("label-start").hidden = !panels.label;
-  byId("label-start").addEventListener("click", () => panels.label.open());
+  byId("label-start").addEventListener("click", () => panels.label?.open());
   document.addEventListener("keydown", event => {
     const { target } = event;
     if (!(target instanceof Element) || target.closest("input, select, dialog, #labelling") || event.ctrlKey || event.metaKey || event.altKey) return;
@@ -135,16 +146,19 @@ function tools() {
 }
 
 function openHelp() {
-  const dialog = byId("help");
+  const dialog = the(HTMLDialogElement, "help");
   const [side] = model.sides;
   const grasps = side.space?.kind === "pose";
-  const entries = [
-    ["Move", `over a leaf, a dot or a row: it lights up everywhere${grasps ? ", and its grasp is shown" : ""}.`],
+  // Each with what must be there.
+  /** @type {[string, string, unknown][]} */
+  const all = [
+    ["Move", `over a leaf, a dot or a row: it lights up everywhere${grasps ? ", and its grasp is shown" : ""}.`, true],
     [
       "Click",
       side.tree
         ? "to choose; a second click on another one shows the lowest way between the two. Click the same again, or press Escape, to choose none."
         : "to choose. Click the same again, or press Escape, to choose none.",
+      true,
     ],
     [
       "Level",
@@ -152,7 +166,7 @@ function openHelp() {
       panels.tree,
     ],
     ["Branch", "Click a join of the tree, or Zoom in, to see only what hangs below it; Whole tree goes back.", panels.tree],
-    ["Colours", "The legend says what they mean. Click an entry to see only those; the filter stays in sight until you click it away."],
+    ["Colours", "The legend says what they mean. Click an entry to see only those; the filter stays in sight until you click it away.", true],
     [
       "Label",
       "opens a sheet of pictures on which types are given by keyboard. It goes first to the grasps of which the labeller is least " +
@@ -161,14 +175,15 @@ function openHelp() {
       panels.label,
     ],
     ["p", "pins the grasp that is looked at, up to six.", panels.pins],
-    ["/", "goes to the search field. Names, words and comparisons can be joined by and, or, not and parentheses."],
+    ["/", "goes to the search field. Names, words and comparisons can be joined by and, or, not and parentheses.", true],
     [
       "Turn",
       "Drag a view to turn it, use the wheel to enlarge it, double-click to go back. Arrow keys work as well.",
       panels.scene?.views,
     ],
-    ["Link", "What you see stands in the address. Export shows the link and the commands."],
-  ].filter(([, , there = true]) => there);
+    ["Link", "What you see stands in the address. Export shows the link and the commands.", true],
+  ];
+  const entries = all.filter(([, , there]) => there);
   const tries = examples(model).map(text =>
     button(text, () => {
       dialog.close();
@@ -202,6 +217,6 @@ async function start() {
 }
 
 start().catch(error => {
-  byId("panels").prepend(make("p", "This page could not be read: " + error.message, { class: "alone", role: "alert" }));
+  byId("panels").prepend(make("p", "This page could not be read: " + messageOf(error), { class: "alone", role: "alert" }));
   throw error;
 });

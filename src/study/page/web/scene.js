@@ -1,9 +1,19 @@
 // The view in three dimensions: a hand on an object, or a cluster of atoms. It draws only when something changed.
 
+import { append } from "./data.js";
+import { needed } from "./dom.js";
 import { poseLinks, poseSkin } from "./kinematics.js";
 import { familyColour } from "./looks.js";
 import { model } from "./state.js";
 import { THREE } from "./three.js";
+
+/**
+ * @typedef {import("./data.js").Pair} Pair
+ * @typedef {import("./data.js").Body} Body
+ * @typedef {import("three").Vector3} Vector
+ * @typedef {import("three").Mesh<import("three").BufferGeometry, import("three").MeshLambertMaterial>} Mesh
+ * @typedef {Float32Array | Float64Array} Floats
+ */
 
 const SKIN = 0xe8bea2;
 const OBJECT = 0x80a4be;
@@ -28,7 +38,7 @@ export function webglWorks() {
   }
 }
 
-// Vertex normals of a mesh whose vertices move, weighted by area.
+/** Vertex normals of a mesh whose vertices move, weighted by area. @param {Floats} positions @param {Uint32Array} triangles @param {Float32Array} normals */
 function smoothNormals(positions, triangles, normals) {
   normals.fill(0);
   for (let k = 0; k < triangles.length; k += 3) {
@@ -48,13 +58,14 @@ function smoothNormals(positions, triangles, normals) {
   }
 }
 
-// The triangles of a mesh as corners.
+/** The triangles of a mesh as corners. @param {Body} body */
 function facesOf({ vertices, triangles }) {
+  /** @param {number} index */
   const corner = index => new THREE.Vector3().fromArray(vertices, 3 * index);
   return Array.from({ length: triangles.length / 3 }, (_, k) => [0, 1, 2].map(j => corner(triangles[3 * k + j])));
 }
 
-// Splits the longest edge of triangles until all edges are short.
+/** Splits the longest edge of triangles until all edges are short. @param {Vector[][]} faces */
 function split(faces) {
   for (let round = 0; round < 24; round++) {
     const next = [];
@@ -80,24 +91,20 @@ function split(faces) {
   return faces;
 }
 
-// Places and normals of faces: each corner has the normal of its side of creases.
+/** Places and normals of faces: each corner has the normal of its side of creases. @param {Vector[][]} faces */
 function creased(faces) {
+  /** @type {Map<string, number[]>} */
   const around = new Map();
+  /** @param {Vector} v */
   const key = v => `${v.x.toFixed(7)} ${v.y.toFixed(7)} ${v.z.toFixed(7)}`;
   const areas = faces.map(([a, b, c]) => b.clone().sub(a).cross(c.clone().sub(a)));
   const units = areas.map(area => area.clone().normalize());
-  faces.forEach((face, number) =>
-    face.forEach(vertex => {
-      const name = key(vertex);
-      if (!around.has(name)) around.set(name, []);
-      around.get(name).push(number);
-    }),
-  );
+  faces.forEach((face, number) => face.forEach(vertex => append(around, key(vertex), number)));
   const [positions, normals] = [new Float32Array(9 * faces.length), new Float32Array(9 * faces.length)];
   faces.forEach((face, number) =>
     face.forEach((vertex, k) => {
       const normal = new THREE.Vector3();
-      for (const other of around.get(key(vertex))) if (units[other].dot(units[number]) > CREASE) normal.add(areas[other]);
+      for (const other of around.get(key(vertex)) ?? []) if (units[other].dot(units[number]) > CREASE) normal.add(areas[other]);
       vertex.toArray(positions, 9 * number + 3 * k);
       (normal.lengthSq() > 0 ? normal.normalize() : units[number]).toArray(normals, 9 * number + 3 * k);
     }),
@@ -105,20 +112,25 @@ function creased(faces) {
   return { positions, normals };
 }
 
-const meshes = new Map();
+/** @typedef {Map<Body, import("three").BufferAttribute[]>} Meshes */
+/** @type {[Meshes, Meshes]} */
+const [meshes, fineMeshes] = [new Map(), new Map()];
 // Middle and reach of the scenes of objects, so that all views show an object equally large.
+/** @type {Map<Body, [Vector, number[]]>} */
 const fits = new Map();
 
 // The geometry of an object for one view: as it is, or with triangles that are fine enough to carry colours, which takes
 // longer. Views share its places, but each paints it in its own colours.
+/** @param {Body} object @param {boolean} fine */
 function objectGeometry(object, fine) {
-  const known = meshes.get(object) ?? meshes.set(object, {}).get(object);
-  const kind = fine ? "fine" : "plain";
-  if (!known[kind]) {
+  const known = fine ? fineMeshes : meshes;
+  let mesh = known.get(object);
+  if (!mesh) {
     const { positions, normals } = creased(fine ? split(facesOf(object)) : facesOf(object));
-    known[kind] = [new THREE.BufferAttribute(positions, 3), new THREE.BufferAttribute(normals, 3)];
+    mesh = [new THREE.BufferAttribute(positions, 3), new THREE.BufferAttribute(normals, 3)];
+    known.set(object, mesh);
   }
-  const [position, normal] = known[kind];
+  const [position, normal] = mesh;
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", position);
   geometry.setAttribute("normal", normal);
@@ -126,19 +138,18 @@ function objectGeometry(object, fine) {
   return geometry;
 }
 
-// Colours the object by how many of these places lie near each of its points.
+/** Colours the object by how many of these places lie near each of its points. @param {import("three").BufferGeometry} geometry @param {number[][]} places */
 function paintDensity(geometry, places) {
   const { position, color } = geometry.attributes;
+  /** @type {Map<string, number[][]>} */
   const cells = new Map();
+  /** @param {number} x @param {number} y @param {number} z */
   const cell = (x, y, z) => `${Math.floor(x / (3 * SPOT_M))} ${Math.floor(y / (3 * SPOT_M))} ${Math.floor(z / (3 * SPOT_M))}`;
   for (const place of places) {
     for (const dx of [-1, 0, 1])
       for (const dy of [-1, 0, 1])
-        for (const dz of [-1, 0, 1]) {
-          const name = cell(place[0] + dx * 3 * SPOT_M, place[1] + dy * 3 * SPOT_M, place[2] + dz * 3 * SPOT_M);
-          if (!cells.has(name)) cells.set(name, []);
-          cells.get(name).push(place);
-        }
+        for (const dz of [-1, 0, 1])
+          append(cells, cell(place[0] + dx * 3 * SPOT_M, place[1] + dy * 3 * SPOT_M, place[2] + dz * 3 * SPOT_M), place);
   }
   const density = new Float32Array(position.count);
   for (let k = 0; k < position.count; k++) {
@@ -161,6 +172,7 @@ function paintDensity(geometry, places) {
 
 // A hand that can be posed.
 class HandMesh {
+  /** @param {import("./data.js").Hand} hand @param {import("three").MeshLambertMaterial} material */
   constructor(hand, material) {
     this.hand = hand;
     this.positions = new Float32Array(3 * hand.skin.count.length);
@@ -173,6 +185,7 @@ class HandMesh {
     this.mesh.frustumCulled = false;
   }
 
+  /** @param {Floats} x */
   pose(x) {
     poseSkin(this.hand, poseLinks(this.hand, x), this.positions);
     smoothNormals(this.positions, this.hand.skin.triangles, this.normals);
@@ -183,6 +196,7 @@ class HandMesh {
 
 // A camera that turns about the middle, a scene and its parts. `show` puts an item or a pose into it.
 export class View {
+  /** @param {HTMLCanvasElement} canvas */
   constructor(canvas, side = 0) {
     this.canvas = canvas;
     // The landscape whose items it shows, of two.
@@ -201,45 +215,64 @@ export class View {
     this.scene.add(this.ghosts);
     this.marks = new THREE.Group();
     this.scene.add(this.marks);
-    this.hands = new Map();
     this.middle = new THREE.Vector3();
     // How far the scene reaches from its middle: sideways and upward.
     this.reach = [0.15, 0.15];
+    // Half the shorter side of the picture, and the size of the picture that was drawn last.
+    this.extent = 0;
+    this.size = "";
+    // Hand and object that are shown, the copy of the object with colours, and the family whose colours these are.
+    /** @type {{ pair: Pair, plain: Mesh, hand: HandMesh } | null} */
+    this.shown = null;
+    /** @type {Mesh | null} */
+    this.painted = null;
+    this.familyName = "";
+    // The pose, that to which the hand moves or has moved, and the frame of the movement.
+    this.x = new Float64Array();
+    /** @type {Floats | null} */
+    this.target = null;
+    this.gliding = 0;
+  }
+
+  // The same, once there is a scene.
+  get stage() {
+    return needed(this.shown, "scene");
   }
 
   // Shows hand and object of an item.
+  /** @param {number} item */
   setScene(item) {
     const pair = model.scene(item);
-    if (!pair || (this.pair && pair.hand === this.pair.hand && pair.object === this.pair.object)) return;
-    this.pair = pair;
+    if (!pair || (pair.hand === this.shown?.pair.hand && pair.object === this.shown.pair.object)) return;
     this.clear(this.parts);
     this.clear(this.ghosts);
-    this.plain = new THREE.Mesh(objectGeometry(pair.object, false), new THREE.MeshLambertMaterial({ color: OBJECT }));
+    const plain = new THREE.Mesh(objectGeometry(pair.object, false), new THREE.MeshLambertMaterial({ color: OBJECT }));
+    const hand = new HandMesh(pair.hand, new THREE.MeshLambertMaterial({ color: SKIN, side: THREE.DoubleSide }));
+    this.shown = { pair, plain, hand };
     this.painted = null;
     this.familyName = "";
-    this.hand = new HandMesh(pair.hand, new THREE.MeshLambertMaterial({ color: SKIN, side: THREE.DoubleSide }));
-    this.parts.add(this.plain, this.hand.mesh);
+    this.parts.add(plain, hand.mesh);
     this.frame(item);
   }
 
-  // Frames the object with the hands of some items on it, or with that of one item alone.
+  /** Frames the object with the hands of some items on it, or with that of one item alone. @param {number} item */
   frame(item, alone = false) {
-    const { object } = this.pair;
-    if (alone) [this.middle, this.reach] = this.fit([item]);
-    else {
+    const { object } = this.stage.pair;
+    let fit = alone ? this.fit([item]) : fits.get(object);
+    if (!fit) {
       const [side] = model.at(item);
       const first = model.offsets[model.sideOf(item)];
-      const some = Array.from({ length: 9 }, (_, k) => first + Math.floor((k * side.count) / 9));
-      if (!fits.has(object)) fits.set(object, this.fit(some));
-      [this.middle, this.reach] = fits.get(object);
+      fit = this.fit(Array.from({ length: 9 }, (_, k) => first + Math.floor((k * side.count) / 9)));
+      fits.set(object, fit);
     }
+    [this.middle, this.reach] = fit;
   }
 
-  // The middle of the object, and how far it and the hands of items reach from there.
-  /** @returns {[import("three").Vector3, number[]]} */
+  /** The middle of the object, and how far it and the hands of items reach from there. @param {number[]} items @returns {[Vector, number[]]} */
   fit(items) {
     const [low, high] = [new THREE.Vector3(Infinity, Infinity, Infinity), new THREE.Vector3(-Infinity, -Infinity, -Infinity)];
-    const { vertices } = this.pair.object;
+    const { pair, hand } = this.stage;
+    const { vertices } = pair.object;
     const point = new THREE.Vector3();
     for (let k = 0; k < vertices.length; k += 3) {
       point.fromArray(vertices, k);
@@ -249,10 +282,10 @@ export class View {
     const middle = low.clone().add(high).multiplyScalar(0.5);
     let [sideways, upward] = [0, (high.z - low.z) / 2];
     for (const item of items) {
-      const { hand, object } = model.scene(item);
-      if (hand !== this.pair.hand || object !== this.pair.object) continue;
-      const { positions } = this.hand;
-      poseSkin(hand, poseLinks(hand, model.coordinates(item)), positions);
+      const own = model.scene(item);
+      if (own?.hand !== pair.hand || own.object !== pair.object) continue;
+      const { positions } = hand;
+      poseSkin(pair.hand, poseLinks(pair.hand, model.coordinates(item)), positions);
       for (let k = 0; k < positions.length; k += 21) {
         point.fromArray(positions, k).sub(middle);
         [sideways, upward] = [Math.max(sideways, Math.hypot(point.x, point.y)), Math.max(upward, Math.abs(point.z))];
@@ -261,13 +294,20 @@ export class View {
     return [middle, [sideways, upward]];
   }
 
+  /** @param {Floats} x */
   pose(x) {
     this.x = Float64Array.from(x);
-    this.hand.pose(this.x);
+    this.stage.hand.pose(this.x);
   }
 
-  // Marks at the places where an item touches, with friction cones if they are wanted.
-  touch(item, cones) {
+  // Ends the movement of the hand.
+  stop() {
+    cancelAnimationFrame(this.gliding);
+    this.gliding = 0;
+  }
+
+  /** Marks at the places where an item touches, with friction cones if they are wanted. @param {number | null} item */
+  touch(item, cones = false) {
     this.clear(this.marks);
     if (item === null) return;
     const places = touchesOf(item);
@@ -284,15 +324,17 @@ export class View {
   }
 
   // Translucent hands of the family of an item, and the density of its touched places on the object.
+  /** @param {number[] | null} items @param {number | null} item */
   family(items, item) {
-    const colour = (items && familyColour(item)) ?? "#888888";
+    const { pair, plain, hand } = this.stage;
+    const colour = (items && item !== null && familyColour(item)) || "#888888";
     const name = items ? items.join() + colour : "";
     if (name !== this.familyName) {
       this.familyName = name;
       this.clear(this.ghosts);
       if (items) this.paint(items);
       if (this.painted) this.painted.visible = Boolean(items);
-      this.plain.visible = !items;
+      plain.visible = !items;
       const shown = spread(items ?? [], MOST_GHOSTS);
       const material = new THREE.MeshLambertMaterial({
         color: colour,
@@ -301,7 +343,7 @@ export class View {
         depthWrite: false,
       });
       for (const other of shown) {
-        const ghost = new HandMesh(this.pair.hand, material);
+        const ghost = new HandMesh(pair.hand, material);
         ghost.mesh.userData.item = other;
         ghost.pose(model.coordinates(other));
         this.ghosts.add(ghost.mesh);
@@ -309,30 +351,33 @@ export class View {
     }
     for (const mesh of this.ghosts.children) mesh.visible = mesh.userData.item !== item;
     // The own hand lets the touched places show through.
-    Object.assign(this.hand.mesh.material, { transparent: Boolean(items), opacity: items ? 0.5 : 1 });
+    Object.assign(hand.mesh.material, { transparent: Boolean(items), opacity: items ? 0.5 : 1 });
   }
 
-  // Paints where these items touch on a finer copy of the object.
+  /** Paints where these items touch on a finer copy of the object. @param {number[]} items */
   paint(items) {
     if (!this.painted) {
-      const geometry = objectGeometry(this.pair.object, true);
+      const geometry = objectGeometry(this.stage.pair.object, true);
       this.painted = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ vertexColors: true }));
       this.parts.add(this.painted);
     }
+    /** @param {number} item */
     const weighted = item => touchesOf(item).map(([x, y, z, , , , load]) => [x, y, z, load * model.number("members", item)]);
     paintDensity(this.painted.geometry, items.flatMap(weighted));
   }
 
+  /** @param {import("three").Group} group */
   clear(group) {
     for (const part of [...group.children]) {
-      part.geometry?.dispose();
+      if (part instanceof THREE.Mesh) part.geometry.dispose();
       group.remove(part);
     }
   }
 
-  // Balls at the places of atoms, and bonds between near ones.
+  /** Balls at the places of atoms, and bonds between near ones. @param {Floats} x */
   atoms(x) {
     this.clear(this.marks);
+    /** @type {Vector[]} */
     const places = [];
     for (let k = 0; k + 2 < x.length; k += 3) places.push(new THREE.Vector3(x[k], x[k + 1], x[k + 2]));
     const middle = places.reduce((sum, place) => sum.add(place), new THREE.Vector3()).multiplyScalar(1 / (places.length || 1));
@@ -362,7 +407,7 @@ export class View {
     this.middle = new THREE.Vector3();
   }
 
-  // Looks from an azimuth and elevation (degrees) so that the scene fills a picture, enlarged by `zoom`.
+  /** Looks from an azimuth and elevation (degrees) so that the scene fills a picture, enlarged. @param {number[]} camera */
   lookFrom([azimuth, elevation, zoom], width = this.canvas.clientWidth, height = this.canvas.clientHeight) {
     const [a, e] = [(azimuth * Math.PI) / 180, (elevation * Math.PI) / 180];
     const back = new THREE.Vector3(Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e));
@@ -372,6 +417,7 @@ export class View {
   }
 
   // Looks along −`back` at a point, with half the shorter side of the picture `half` wide.
+  /** @param {Vector} target @param {Vector} back @param {number} half */
   aim(target, back, half) {
     this.camera.position.copy(target).addScaledVector(back, 5 + 10 * half);
     this.camera.far = 20 + 40 * half;
@@ -395,8 +441,10 @@ export class View {
   }
 }
 
+/** @param {number} item */
 function touchesOf(item) {
   const [side, k] = model.at(item);
+  /** @type {Float64Array[]} */
   const places = [];
   if (!side.touches) return places;
   const { starts, touch } = side.touches;
@@ -404,11 +452,12 @@ function touchesOf(item) {
   return places;
 }
 
-// At most `most` of the items, evenly chosen.
+/** At most `most` of the items, evenly chosen. @param {number[]} items @param {number} most */
 function spread(items, most) {
   return items.length <= most ? items : Array.from({ length: most }, (_, k) => items[Math.floor((k * items.length) / most)]);
 }
 
+/** @param {ArrayLike<number> & Iterable<number>} place @param {number} friction */
 function frictionCone([x, y, z, nx, ny, nz], friction) {
   const side = 0.022;
   const [sin, cos] = [Math.sin(Math.atan(friction)), Math.cos(Math.atan(friction))];
@@ -428,6 +477,7 @@ function frictionCone([x, y, z, nx, ny, nz], friction) {
   return cone;
 }
 
+/** @param {Vector} a @param {Vector} b @param {number} radius @param {import("three").Material} material */
 function stick(a, b, radius, material) {
   const bond = new THREE.Mesh(new THREE.CylinderGeometry(radius, radius, a.distanceTo(b), 12), material);
   bond.position.addVectors(a, b).multiplyScalar(0.5);

@@ -1,6 +1,7 @@
 // What is chosen on the page. All panels share it, and it stands in the address, so that a link shows the same.
 
 import { basinsAt } from "./basins.js";
+import { append } from "./data.js";
 import { compiled } from "./filter.js";
 
 /**
@@ -10,15 +11,19 @@ import { compiled } from "./filter.js";
  */
 export let model;
 
+/** @param {import("./data.js").Model} made */
 export function setModel(made) {
   model = made;
   derived.passes = new Uint8Array(model.count).fill(1);
 }
 
 /**
- * @type {{ hover: number | null, selected: number[], level: number | null, query: string, chips: string[], branch: number | null,
- *   pins: number[], colour: string, camera: number[] | null, step: number, sort: string, cones: boolean }}
+ * @typedef {{ hover: number | null, selected: number[], level: number | null, query: string, chips: string[], branch: number | null,
+ *   pins: number[], colour: string, camera: number[] | null, step: number, sort: string, cones: boolean }} State
+ * @typedef {Partial<State> & { labels?: true, look?: {} }} Changes besides: labels were given, the page looks different
  */
+
+/** @type {State} */
 export const state = {
   hover: null, // the item under the pointer
   selected: [], // at most two items; two show the way between them
@@ -36,24 +41,28 @@ export const state = {
 
 // Derived from it: which items pass the filter, the superbasins, the first item of the table, and the labels that have no look
 // of their own.
-export const derived = { passes: null, passing: 0, problem: "", basins: null, first: 0, otherLabels: null };
+/**
+ * @type {{ passes: Uint8Array, passing: number, problem: string, basins: import("./basins.js").Basins | null, first: number,
+ *   otherLabels: string[] | null }}
+ */
+export const derived = { passes: new Uint8Array(), passing: 0, problem: "", basins: null, first: 0, otherLabels: null };
 
 const MOST_PINS = 6;
+/** @type {[string[], () => void][]} */
 const watchers = [];
+/** @type {Set<string>} */
 const stale = new Set();
 let scheduled = false;
 
-// Calls `paint` after one of these parts of the state changed.
+/** Calls `paint` after one of these parts of the state changed. @param {string[]} parts @param {() => void} paint */
 export function watch(parts, paint) {
   watchers.push([parts, paint]);
 }
 
+/** @param {Changes} changes */
 export function change(changes) {
-  for (const [part, value] of Object.entries(changes)) {
-    if (part === "hover" && state.hover === value) continue;
-    state[part] = value;
-    stale.add(part);
-  }
+  for (const part of Object.keys(changes)) if (part !== "hover" || state.hover !== changes.hover) stale.add(part);
+  Object.assign(state, changes);
   if (stale.has("pins") && /pinned/i.test(state.query)) stale.add("query");
   if (stale.has("level")) {
     derived.basins = basinsAt(model, state.level);
@@ -66,7 +75,7 @@ export function change(changes) {
   if (stale.has("labels")) derived.otherLabels = null;
   // A change of these changes what passes.
   if (["chips", "labels"].some(part => stale.has(part)) || (stale.has("level") && /family/i.test(state.query + filterText()))) stale.add("query");
-  if (stale.has("query") || derived.passes === null) filterItems();
+  if (stale.has("query")) filterItems();
   if (!scheduled && stale.size) {
     scheduled = true;
     requestAnimationFrame(refresh);
@@ -83,21 +92,20 @@ export function refresh() {
 
 // All filters as one text: the search, and the chips. Chips of one field are alternatives.
 function filterText() {
+  /** @type {Map<string, string[]>} */
   const fields = new Map();
-  for (const chip of state.chips) {
-    const field = fieldOf(chip);
-    fields.set(field, [...(fields.get(field) ?? []), `(${chip})`]);
-  }
+  for (const chip of state.chips) append(fields, fieldOf(chip), `(${chip})`);
   return [...fields.values()].map(chips => `(${chips.join(" or ")})`).join(" ");
 }
 
-// What a chip is about: its name of a field, or a word that stands for one.
+/** What a chip is about: its name of a field, or a word that stands for one. @param {string} chip */
 function fieldOf(chip) {
   const word = chip.match(/[\wε]+/)?.[0] ?? "";
   if (/^(not|stable|unstable|simulated)$/.test(word)) return "stable";
   return /^g\d+$/.test(word) ? "g" : word;
 }
 
+/** @param {string} chip */
 export function toggleChip(chip) {
   change({ chips: state.chips.includes(chip) ? state.chips.filter(other => other !== chip) : [...state.chips, chip] });
 }
@@ -110,10 +118,9 @@ function about() {
 function filterItems() {
   const searched = compiled(state.query, model, about());
   const chosen = compiled(filterText(), model, about());
-  const test = item => searched.test(item) && chosen.test(item);
   const problem = searched.problem || chosen.problem;
   const passes = new Uint8Array(model.count);
-  for (let item = 0; item < model.count; item++) passes[item] = test(item) ? 1 : 0;
+  for (let item = 0; item < model.count; item++) passes[item] = searched.test(item) && chosen.test(item) ? 1 : 0;
   Object.assign(derived, { passes, passing: passes.reduce((sum, pass) => sum + pass, 0), problem });
 }
 
@@ -123,7 +130,7 @@ export function passing() {
   return items;
 }
 
-// A click chooses one item, a second click one more: two items show the way between them. Only the last two stay.
+/** A click chooses one item, a second click one more: two items show the way between them. Only the last two stay. @param {number | null} item */
 export function select(item) {
   if (item === null) return change({ selected: [] });
   const last = state.selected.at(-1);
@@ -131,8 +138,8 @@ export function select(item) {
   change({ selected, step: 0 });
 }
 
+/** @param {number} item */
 export function pin(item) {
-  if (item === null || item === undefined) return;
   const pins = state.pins.includes(item) ? state.pins.filter(other => other !== item) : [...state.pins, item].slice(-MOST_PINS);
   change({ pins });
 }
@@ -142,6 +149,7 @@ export function looked() {
   return state.hover ?? state.selected.at(-1) ?? derived.first;
 }
 
+/** @type {string | null} */
 let written = null;
 let waiting = 0;
 
@@ -160,6 +168,7 @@ function keepInAddress() {
 }
 
 export function fragment() {
+  /** @param {number[]} items */
   const names = items => items.map(item => model.name(item)).join(",");
   const parts = {
     sel: names(state.selected),
@@ -180,34 +189,37 @@ export function fragment() {
 // Reads the address. What it does not name is as at the start; what makes no sense is left out.
 function readAddress() {
   const parts = new URLSearchParams(location.hash.slice(1));
+  /** @param {string} name */
   const items = name =>
     (parts.get(name) ?? "")
       .split(",")
       .map(text => model.named(text))
       .filter(item => item !== null);
+  /** @param {string} name */
   const number = name => (parts.has(name) && Number.isFinite(Number(parts.get(name))) ? Number(parts.get(name)) : null);
   const level = model.sides[0].tree ? number("level") : null;
   derived.basins = basinsAt(model, level);
   const camera = (parts.get("cam") ?? "").split(",").map(Number);
+  const colour = parts.get("colour") ?? "";
   change({
     selected: items("sel").slice(0, 2),
     level,
     query: parts.get("q") ?? "",
     pins: [...new Set(items("pin"))].slice(0, MOST_PINS),
-    colour: colourings().some(([name]) => name === parts.get("colour")) ? parts.get("colour") : firstColour(),
+    colour: colourings().some(([name]) => name === colour) ? colour : firstColour(),
     camera: camera.length === 3 && camera.every(Number.isFinite) ? camera : null,
     step: Math.min(1, Math.max(0, number("step") ?? 0)),
     sort: parts.get("sort") ?? "energy",
     cones: parts.get("cones") === "1",
     chips: [...new Set(parts.getAll("chip"))].filter(chip => compiled(chip, model, about()).problem === ""),
-    branch: branchNamed(parts.get("branch")),
+    branch: branchNamed(parts.get("branch") ?? ""),
   });
 }
 
-// The merge of the tree with this number, or null.
+/** The merge of the tree with this number, or null. @param {string} text */
 function branchNamed(text) {
   const [side] = model.sides;
-  const node = /^\d+$/.test(text ?? "") ? Number(text) : -1;
+  const node = /^\d+$/.test(text) ? Number(text) : -1;
   return side.tree && model.sides.length === 1 && node >= side.count && node < side.tree.energy.length ? node : null;
 }
 
@@ -221,6 +233,7 @@ export function followAddress() {
 
 // What colours can show on this page: names and words.
 export function colourings() {
+  /** @type {[string, string][]} */
   const all = [
     ["category", "category"],
     ["type", "grasp type"],

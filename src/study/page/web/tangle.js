@@ -8,17 +8,24 @@ import { childrenOf } from "./route.js";
 import { change, derived, model, select, state, watch } from "./state.js";
 import { plain, shown, sideName, ticks } from "./text.js";
 
+/**
+ * @typedef {import("./data.js").Landscape} Landscape
+ * @typedef {import("./pen.js").Pen} Pen
+ */
+
 // Rows of each list of what moved.
 const MOST_MOVED = 40;
 
 export class TanglePanel {
+  /** @param {HTMLElement} section */
   constructor(section) {
-    const energies = model.sides.flatMap(side => Array.from(side.tree.energy));
+    const energies = model.landscapes.flatMap(side => Array.from(side.tree.energy));
     const [low, high] = [Math.min(...energies), Math.max(...energies)];
     const margin = 0.05 * (high - low || 1);
     this.low = low - margin;
     this.high = high + margin;
-    this.children = model.sides.map(side => childrenOf(side.tree));
+    this.children = model.landscapes.map(side => childrenOf(side.tree));
+    this.box = [0, 0];
     this.drawing = new Drawing(
       section,
       "Two trees face to face",
@@ -30,6 +37,7 @@ export class TanglePanel {
     this.levelSlider(section);
   }
 
+  /** @param {HTMLElement} section */
   levelSlider(section) {
     const slider = make("input", "", {
       type: "range",
@@ -45,28 +53,35 @@ export class TanglePanel {
     addTools(section, slider, level);
     watch(["level"], () => {
       slider.hidden = state.level === null;
-      slider.value = state.level ?? this.high;
+      slider.valueAsNumber = state.level ?? this.high;
       level.setAttribute("aria-pressed", String(state.level !== null));
     });
   }
 
-  // Trees lie on their sides: energy outward, leaves toward the middle.
-  scales(w, h) {
-    const third = 0.38 * w;
-    const part = energy => (energy - this.low) / (this.high - this.low);
-    this.x = (side, energy) => (side === 0 ? third - part(energy) * (third - 14) : w - third + part(energy) * (third - 14));
-    this.y = (side, node) => 38 + ((h - 82) * (model.sides[side].tree.x[node] + 0.5)) / (model.sides[side].tree.width + 1);
+  /** Trees lie on their sides: energy outward, leaves toward the middle. @param {number} side @param {number} energy */
+  x(side, energy) {
+    const third = 0.38 * this.box[0];
+    const out = third - ((energy - this.low) / (this.high - this.low)) * (third - 14);
+    return side === 0 ? out : this.box[0] - out;
   }
 
+  /** @param {number} side @param {number} node */
+  y(side, node) {
+    const { tree } = model.landscapes[side];
+    return 38 + ((this.box[1] - 82) * (tree.x[node] + 0.5)) / (tree.width + 1);
+  }
+
+  /** @param {number} item */
   at(item) {
     const side = model.sideOf(item);
     const k = item - model.offsets[side];
     return [this.x(side, model.sides[side].energy[k]), this.y(side, k)];
   }
 
+  /** @param {Pen} pen @param {number} w @param {number} h */
   paint(pen, w, h) {
-    this.scales(w, h);
-    model.sides.forEach((side, number) => {
+    this.box = [w, h];
+    model.landscapes.forEach((side, number) => {
       const anchor = number ? "end" : "start";
       pen.text([number ? w - 14 : 14, 12], plain(sideName(side), w / 15), { fill: look.ink, size: 12.5, anchor, weight: 600 });
       for (const [value] of ticks(this.low, this.high, 4)) {
@@ -88,9 +103,10 @@ export class TanglePanel {
     this.names(pen);
   }
 
-  // Names beside the leaves, the deepest first, where they do not cover each other.
+  /** Names beside the leaves, the deepest first, where they do not cover each other. @param {Pen} pen */
   names(pen) {
     model.sides.forEach((side, number) => {
+      /** @type {number[][]} */
       const taken = [];
       for (let k = 0; k < side.count; k++) {
         const item = model.offsets[number] + k;
@@ -102,6 +118,7 @@ export class TanglePanel {
     });
   }
 
+  /** @param {Pen} pen */
   mark(pen) {
     this.links(pen, true);
     rings((item, stroke) => {
@@ -113,6 +130,7 @@ export class TanglePanel {
     });
   }
 
+  /** @param {Pen} pen @param {Landscape} side @param {number} number @param {number} w */
   tree(pen, side, number, w) {
     const { parent, energy } = side.tree;
     const outside = number === 0 ? 6 : w - 6;
@@ -127,7 +145,7 @@ export class TanglePanel {
     }
   }
 
-  // Lines between corresponding minima: all, or those of the marked ones, which are lit.
+  /** Lines between corresponding minima: all, or those of the marked ones, which are lit. @param {Pen} pen @param {boolean} lit */
   links(pen, lit) {
     const chosen = new Set([...state.selected, state.hover].flatMap(item => (item === null ? [] : [item, model.partner[item]])));
     for (let item = 0; item < model.offsets[1]; item++) {
@@ -138,6 +156,7 @@ export class TanglePanel {
     }
   }
 
+  /** @param {number[]} at */
   found([x, y]) {
     const item = nearest(model.count, 12, item => {
       const [px, py] = this.at(item);
@@ -148,34 +167,35 @@ export class TanglePanel {
 }
 
 // The colour of the line of a node: that of its family while there is a level.
+/** @param {number[][]} children @param {number} node @param {Landscape} side @param {number} offset */
 function familyStroke(children, node, side, offset) {
-  if (!derived.basins || side.tree.energy[node] > state.level) return look.line;
+  if (state.level === null || side.tree.energy[node] > state.level) return look.line;
   while (node >= side.count) node = children[node][0];
   return familyColour(offset + node) ?? look.line;
 }
 
-// A distance of two minima: that of poses is a length in metres.
+/** A distance of two minima: that of poses is a length in metres. @param {number} distance @param {{ kind: string }} space */
 export function apart(distance, space) {
   return space?.kind === "pose" ? `${Number((1e3 * distance).toPrecision(3))} mm` : shown(distance);
 }
 
-// How many minima are in both landscapes, and what counts as the same.
+/** How many minima are in both landscapes, and what counts as the same. @param {number} count @param {number} within */
 function alike(count, within) {
   const [one, other] = model.sides.map(side => side.count);
   const are = count === 1 ? "minimum is" : "minima are";
   return `${count} ${are} the same in both (of ${one} and of ${other}; at most ${apart(within, model.sides[0].space)} apart)`;
 }
 
-// What moved, and what is in one of the two only, the largest changes first.
-export function showMoved(section) {
-  const { matches, possible, only_before, only_after, merges, within, notes } = model.header.difference;
+/** What moved, and what is in one of the two only, the largest changes first. @param {HTMLElement} section @param {import("./data.js").Difference} found */
+export function showMoved(section, { matches, possible, only_before, only_after, merges, within, notes }) {
   const [, offset] = model.offsets;
+  /** @param {number} item */
   const link = item =>
     button(model.name(item), () => select(item), { class: "link", onpointerenter: () => change({ hover: item }) });
+  /** @param {string} title @param {string[]} head @param {(string | Node)[][]} rows */
   const list = (title, head, rows) => {
     if (rows.length === 0) return [];
-    const cells = row => row.map(cell => (cell instanceof Node ? make("td", "", {}, cell) : make("td", cell)));
-    const body = rows.slice(0, MOST_MOVED).map(row => make("tr", "", {}, ...cells(row)));
+    const body = rows.slice(0, MOST_MOVED).map(row => make("tr", "", {}, ...row.map(cell => make("td", "", {}, cell))));
     const heads = make("tr", "", {}, ...head.map(words => make("th", words, { scope: "col" })));
     const rest = rows.length - body.length;
     return [
@@ -184,15 +204,17 @@ export function showMoved(section) {
       ...(rest > 0 ? [make("p", `and ${rest} more`, { class: "count" })] : []),
     ];
   };
-  // Pairs of a thing and its change, the largest change first.
-  const changed = (things, by) =>
+  /** Things and their changes, the largest change first. @template Thing @param {Thing[]} things @param {(thing: Thing) => number} change */
+  const changed = (things, change) =>
     things
-      .map(thing => [thing, by(thing)])
-      .filter(([, by]) => Math.abs(by) > 1e-9)
-      .sort((a, b) => Math.abs(b[1]) - Math.abs(a[1]));
+      .map(thing => ({ thing, by: change(thing) }))
+      .filter(({ by }) => Math.abs(by) > 1e-9)
+      .sort((a, b) => Math.abs(b.by) - Math.abs(a.by));
+  /** @param {number} value */
   const signed = value => (value > 0 ? "+" : "") + String(Number(value.toPrecision(2))).replace("-", "−");
   const moved = changed(matches, match => match.energies[1] - match.energies[0]);
   const heights = changed(merges, merge => (merge.after ?? Infinity) - merge.before);
+  /** @param {number[]} items */
   const energies = items => items.map(item => [link(item), shown(model.energy(item))]);
   section.append(
     ...notes.map(note => make("p", `${note[0].toUpperCase()}${note.slice(1)}.`, { class: "differs" })),
@@ -200,12 +222,12 @@ export function showMoved(section) {
     ...list(
       "Energies that moved most",
       ["before", "after", "energy", "change"],
-      moved.map(([match, by]) => [link(match.before), link(offset + match.after), shown(match.energies[1]), signed(by)]),
+      moved.map(({ thing: match, by }) => [link(match.before), link(offset + match.after), shown(match.energies[1]), signed(by)]),
     ),
     ...list(
       "Merges that moved most",
       ["between", "before", "after", "change"],
-      heights.map(([{ ends, before, after }, by]) => [
+      heights.map(({ thing: { ends, before, after }, by }) => [
         ends.map(end => "m" + end).join(", "),
         shown(before),
         after === null ? "apart" : shown(after),

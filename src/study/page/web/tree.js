@@ -1,7 +1,7 @@
 // The disconnectivity graph: energy upward, a leaf for each minimum, a bar where branches meet.
 
 import { NONE } from "./data.js";
-import { addTools, button, make, tool } from "./dom.js";
+import { addTools, button, headingOf, make, tool } from "./dom.js";
 import { familyColour, look, lookOf, range } from "./looks.js";
 import { Drawing, EDGE, nearest, OF_ITEMS, rings } from "./pen.js";
 import { childrenOf, routeInTree, searchesAcross } from "./route.js";
@@ -13,13 +13,24 @@ import { EVIDENCE_WORDS } from "./words.js";
 const CROWN = 30;
 const CHIP = { height: 22, parked: 13 };
 
+/**
+ * @typedef {import("./pen.js").Pen} Pen
+ * @typedef {import("./pen.js").Ring} Ring
+ */
+
 export class TreePanel {
-  constructor(section) {
-    this.side = model.sides[0];
+  /** @param {HTMLElement} section @param {import("./data.js").Landscape} side */
+  constructor(section, side) {
+    this.side = side;
     this.zoom = { from: 0, to: 1 };
     this.whole = false;
-    this.children = childrenOf(this.side.tree);
-    this.heading = section.querySelector("h2");
+    this.children = childrenOf(side.tree);
+    this.heading = headingOf(section);
+    // What is shown: nodes, columns of leaves, energies, and the size of the picture.
+    this.inside = new Uint8Array();
+    this.first = this.columns = this.unit = this.hidden = 0;
+    this.low = this.high = this.bottom = this.top = 0;
+    this.box = [0, 0];
     this.drawing = new Drawing(
       section,
       "Disconnectivity graph",
@@ -28,7 +39,6 @@ export class TreePanel {
       pen => this.mark(pen),
       at => this.found(at),
     );
-    this.drawing.order = Array.from(this.side.tree.order);
     this.all = tool("All", "Show or hide the highest merges", () => {
       this.whole = !this.whole;
       this.measure();
@@ -41,7 +51,7 @@ export class TreePanel {
       this.drawing.draw();
     });
     this.moves();
-    this.levelHandle(section);
+    this.handle = this.levelHandle(section);
   }
 
   // Shows what hangs below the chosen branch, or the whole tree: which nodes that are, and the places of its leaves.
@@ -83,23 +93,31 @@ export class TreePanel {
     this.top = top + margin;
   }
 
-  scales(w, h) {
-    const { from, to } = this.zoom;
-    const { tree } = this.side;
-    const inner = w - EDGE.left - EDGE.right;
-    const height = h - CROWN - EDGE.bottom;
-    this.box = [w, h];
-    this.unit = inner / ((to - from) * this.columns);
-    this.x = node => EDGE.left + inner * (((tree.x[node] - this.first + 0.5) / this.columns - from) / (to - from));
-    this.y = energy => CROWN + (height * (this.top - Math.min(energy, this.top))) / (this.top - this.bottom);
-    this.energyAt = y => this.top - ((y - CROWN) / height) * (this.top - this.bottom);
+  /** @param {number} node */
+  x(node) {
+    const place = (this.side.tree.x[node] - this.first + 0.5) / this.columns - this.zoom.from;
+    return EDGE.left + place * this.columns * this.unit;
   }
 
+  /** @param {number} energy */
+  y(energy) {
+    const height = this.box[1] - CROWN - EDGE.bottom;
+    return CROWN + (height * (this.top - Math.min(energy, this.top))) / (this.top - this.bottom);
+  }
+
+  /** @param {number} y */
+  energyAt(y) {
+    return this.top - ((y - CROWN) / (this.box[1] - CROWN - EDGE.bottom)) * (this.top - this.bottom);
+  }
+
+  /** @param {Pen} pen @param {number} w @param {number} h */
   paint(pen, w, h) {
-    this.scales(w, h);
+    this.box = [w, h];
+    this.unit = (w - EDGE.left - EDGE.right) / ((this.zoom.to - this.zoom.from) * this.columns);
     const chip = this.chip();
+    /** @param {number} y */
     const behindChip = y => Math.abs(y - chip) < CHIP.height / 2 + 6;
-    pen.rows(this.bottom, this.top, Math.max(3, h / 90), this.y, w - EDGE.right, behindChip);
+    pen.rows(this.bottom, this.top, Math.max(3, h / 90), energy => this.y(energy), w - EDGE.right, behindChip);
     pen.label([2, h - 8], this.side.energy_label);
     this.branches(pen);
     this.route(pen);
@@ -112,10 +130,10 @@ export class TreePanel {
     this.placeHandle();
   }
 
-  // Colour and strength of what hangs below a node.
+  /** Colour and strength of what hangs below a node. @param {number} node */
   branchStyle(node) {
     const { tree, count } = this.side;
-    const family = tree.energy[node] > state.level ? null : this.familyBelow(node);
+    const family = state.level === null || tree.energy[node] > state.level ? null : this.familyBelow(node);
     const bound = node >= count && model.header.evidence[tree.evidence[node]] === "chain";
     return {
       stroke: family ?? (bound ? look.pale : look.line),
@@ -124,12 +142,13 @@ export class TreePanel {
     };
   }
 
+  /** @param {number} node */
   familyBelow(node) {
-    if (!derived.basins) return null;
     while (node >= this.side.count) node = this.children[node][0];
     return familyColour(node);
   }
 
+  /** @param {Pen} pen */
   branches(pen) {
     const { tree, count } = this.side;
     const { parent, energy } = tree;
@@ -150,6 +169,7 @@ export class TreePanel {
   }
 
   // A dot on a merge: filled if a lower way is unlikely, hollow if it is likely or the merge was not searched.
+  /** @param {Pen} pen @param {number} node @param {number[]} at */
   support(pen, node, at) {
     if (!this.side.tree.tested) return;
     const share = this.side.tree.support[node];
@@ -157,7 +177,7 @@ export class TreePanel {
     pen.circle(at, Math.min(3.6, Math.max(1.6, 0.2 * this.unit)), { fill, stroke: look.line });
   }
 
-  // The way between the two chosen minima: up to the pass, and down.
+  /** The way between the two chosen minima: up to the pass, and down. @param {Pen} pen */
   route(pen) {
     const { parent, energy } = this.side.tree;
     const { nodes, top } = routeInTree(this.side.tree, state.selected);
@@ -175,16 +195,19 @@ export class TreePanel {
     if (top !== null && this.inside[top]) pen.circle([this.x(top), this.y(energy[top])], 5, { fill: look.route, stroke: look.paper, width: 1.5 });
   }
 
+  /** @param {number} item */
   at(item) {
     return [this.x(item), this.y(this.side.energy[item])];
   }
 
+  /** @param {number} item */
   radius(item) {
     const [, most] = range("members");
     const one = Math.min(14, Math.max(2.4, 0.55 * this.unit)) / Math.sqrt(most || 1);
     return Math.max(Math.min(4.5, Math.max(2, 0.4 * this.unit)), one * Math.sqrt(model.number("members", item)));
   }
 
+  /** @param {Pen} pen */
   leaves(pen) {
     const order = this.drawing.order.slice().sort((a, b) => model.number("members", b) - model.number("members", a));
     for (const item of order) {
@@ -196,19 +219,24 @@ export class TreePanel {
     if (this.unit >= 26) for (const item of order) this.name(pen, item, { fill: look.soft });
   }
 
+  /** @param {Pen} pen @param {number} item @param {import("./pen.js").TextStyle} style */
   name(pen, item, style) {
     const [x, y] = this.at(item);
     pen.text([x, y + this.radius(item) + 11], model.name(item), { size: 11, anchor: "middle", ...style });
   }
 
+  /** @param {Pen} pen */
   mark(pen) {
+    /** @param {Ring} ring */
     const inside = ring => rings((item, stroke, width, gap) => this.inside[item] && ring(item, stroke, width, gap));
     inside((item, stroke, width, gap) => pen.circle(this.at(item), this.radius(item) + gap, { stroke, width }));
     inside(item => this.name(pen, item, { fill: look.ink, weight: 600 }));
   }
 
+  /** @param {number[]} at @returns {import("./pen.js").Found | null} */
   found([x, y]) {
     const { tree, count } = this.side;
+    /** @type {(distance: (node: number) => number) => (node: number) => number} */
     const only = distance => node => (this.inside[node] ? distance(node) : Infinity);
     // The line upward from a node, to the bar in which it ends.
     const stem = only(node => {
@@ -219,30 +247,31 @@ export class TreePanel {
     const leaf = only(item => Math.hypot(this.x(item) - x, this.y(this.side.energy[item]) - y));
     const item = nearest(count, 14, leaf) ?? nearest(count, 5, stem);
     if (item !== null) return { item };
-    const bar = node => {
+    const bar = only(node => {
       const off = Math.abs(this.y(tree.energy[node]) - y);
       if (off >= 5) return Infinity;
       const ends = this.children[node].map(child => this.x(child));
       const along = x > Math.min(...ends) - 4 && x < Math.max(...ends) + 4;
       return along ? off : Infinity;
-    };
+    });
     const merges = tree.energy.length - count;
-    const merge = nearest(merges, 5, k => only(bar)(count + k)) ?? nearest(merges, 4, k => stem(count + k));
+    const merge = nearest(merges, 5, k => bar(count + k)) ?? nearest(merges, 4, k => stem(count + k));
     if (merge === null) return null;
     const click = count + merge === state.branch ? [] : ["click to see only what hangs below"];
     return { item: null, lines: [...this.told(count + merge), ...click], act: () => change({ branch: count + merge, hover: null }) };
   }
 
-  // What is said of a merge.
+  /** What is said of a merge. @param {number} node */
   told(node) {
     const { tree } = this.side;
     return [
       `merge at ${shown(tree.energy[node])}`,
       EVIDENCE_WORDS[model.header.evidence[tree.evidence[node]]],
-      tree.tested ? searchesAcross(tree, node) : null,
+      tree.tested ? searchesAcross(tree, node) : "",
     ].filter(line => line);
   }
 
+  /** @param {HTMLElement} section */
   tools(section) {
     const level = tool("Level", "Show or hide the level line, which divides the tree into families", () =>
       this.setLevel(state.level === null ? (this.top + this.low) / 2 : null),
@@ -272,7 +301,7 @@ export class TreePanel {
     );
   }
 
-  // The node on top of the family of an item, if it has more than one member.
+  /** The node on top of the family of an item, if it has more than one member. @param {number} item */
   familyOf(item) {
     const top = model.count && derived.basins ? derived.basins.top[item] : NONE;
     return top !== NONE && top >= this.side.count ? top : null;
@@ -284,13 +313,14 @@ export class TreePanel {
     return this.familyOf(looked()) ?? (next === NONE ? null : next);
   }
 
+  /** @param {number} factor */
   enlarge(factor) {
     const { from, to } = this.zoom;
     const half = Math.min(0.5, Math.max(((to - from) / 2) * factor, 2 / (this.columns + 2)));
     this.show((from + to) / 2 - half, 2 * half);
   }
 
-  // Shows a part of the width, each from 0 to 1.
+  /** Shows a part of the width, each from 0 to 1. @param {number} from @param {number} width */
   show(from, width) {
     from = Math.min(1 - width, Math.max(0, from));
     this.zoom = { from, to: from + width };
@@ -300,12 +330,14 @@ export class TreePanel {
   // The wheel enlarges, and dragging moves the part that is shown.
   moves() {
     const { canvas } = this.drawing;
+    /** @param {WheelEvent} event */
     const wheel = event => {
       if (!event.ctrlKey && !event.metaKey) return;
       event.preventDefault();
       this.enlarge(event.deltaY > 0 ? 1.15 : 1 / 1.15);
     };
     canvas.addEventListener("wheel", wheel, { passive: false });
+    /** @type {number | null} */
     let last = null;
     canvas.addEventListener("pointerdown", event => {
       last = event.clientX;
@@ -320,13 +352,14 @@ export class TreePanel {
     });
   }
 
+  /** @param {number | null} level */
   setLevel(level) {
     change({ level: level === null ? null : Math.min(this.top, Math.max(this.low, level)) });
   }
 
-  // The handle of the level line: dragged, or moved by the arrow keys.
+  /** The handle of the level line: dragged, or moved by the arrow keys. @param {HTMLElement} section */
   levelHandle(section) {
-    this.handle = make("div", "", {
+    const handle = make("div", "", {
       class: "level",
       role: "slider",
       tabindex: 0,
@@ -334,29 +367,32 @@ export class TreePanel {
       "aria-label": "Level that divides the tree into families",
       "aria-orientation": "vertical",
     });
-    section.append(this.handle);
+    section.append(handle);
+    /** @param {PointerEvent} event */
     const move = event => {
       const box = this.drawing.canvas.getBoundingClientRect();
       this.setLevel(this.energyAt(event.clientY - box.top));
     };
-    this.handle.addEventListener("pointerdown", event => {
-      this.handle.setPointerCapture(event.pointerId);
-      this.handle.onpointermove = move;
+    handle.addEventListener("pointerdown", event => {
+      handle.setPointerCapture(event.pointerId);
+      handle.onpointermove = move;
       event.preventDefault();
-      this.handle.focus();
+      handle.focus();
     });
-    this.handle.addEventListener("pointerup", () => {
-      this.handle.onpointermove = null;
+    handle.addEventListener("pointerup", () => {
+      handle.onpointermove = null;
     });
-    this.handle.addEventListener("keydown", event => {
+    handle.addEventListener("keydown", event => {
       const step = (this.top - this.low) / (event.shiftKey ? 20 : 100);
       const from = state.level ?? this.top;
+      /** @type {Record<string, number | null>} */
       const moves = { ArrowUp: from + step, ArrowDown: from - step, Home: this.low, End: this.top, Escape: null, Delete: null };
       if (!(event.key in moves)) return;
       event.preventDefault();
       event.stopPropagation();
       this.setLevel(moves[event.key]);
     });
+    return handle;
   }
 
   // Height of the middle of the handle: at the level, or above the tree.
@@ -370,13 +406,13 @@ export class TreePanel {
     this.handle.style.top = this.drawing.canvas.offsetTop + this.chip() - CHIP.height / 2 + "px";
     this.handle.classList.toggle("off", off);
     this.handle.textContent = off ? "level" : shown(level, 3);
-    const families = off ? "off" : `${shown(level, 3)}, ${derived.basins.list.length} families of several minima`;
+    const families = off ? "off" : `${shown(level, 3)}, ${derived.basins?.list.length} families of several minima`;
     for (const [name, value] of [
       ["min", this.low],
       ["max", this.top],
       ["now", level],
       ["text", families],
     ])
-      this.handle.setAttribute("aria-value" + name, value);
+      this.handle.setAttribute("aria-value" + name, String(value));
   }
 }

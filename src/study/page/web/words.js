@@ -1,11 +1,10 @@
 // What the words of the page mean: shown beside headings and heads of columns, under the pointer and at the focus.
 
-import { tip } from "./dom.js";
+import { headingOf, tip } from "./dom.js";
 import { model } from "./state.js";
-import { plain, plural, shown } from "./text.js";
+import { dictionary, plain, plural, shown } from "./text.js";
 
-const MEANINGS = {
-  __proto__: null,
+const MEANINGS = dictionary({
   tree:
     "Each end of a branch is a minimum, and its height is the energy. Two branches join at the height of the lowest pass that " +
     "was found between them. Sideways positions mean nothing. Click a join or a branch to see only what hangs below it.",
@@ -50,14 +49,14 @@ const MEANINGS = {
     "Grasp type: the label of a person if there is one, else that of the rule. A text such as power/pad/2-5/abducted is a cell of the " +
     "table of types: category, opposition, fingers that oppose the thumb (2 is the index, 5 the little finger), place of the thumb.",
   object: "The object that is held.",
-};
+});
 
-const GRASPS = {
-  __proto__: null,
+const GRASPS = dictionary({
   name: "The number of the grasp in its file.",
   members: "How many grasps descended to this minimum.",
-};
+});
 
+/** @type {Record<string, string>} */
 export const EVIDENCE_WORDS = {
   saddle: "the lowest pass found; its slope is zero (verified)",
   given: "a transition state of another program, not verified here",
@@ -67,6 +66,7 @@ export const EVIDENCE_WORDS = {
 };
 
 // Lets an element explain itself, under the pointer and at the focus of the keyboard.
+/** @param {HTMLElement} element @param {string | undefined} words */
 export function explain(element, words) {
   if (!words) return element;
   if (!element.matches("button")) element.tabIndex = 0;
@@ -83,40 +83,40 @@ export function explain(element, words) {
   return element;
 }
 
-// The meaning of a name on this page.
+/** The meaning of a name on this page. @param {string} name */
 export function meaning(name) {
   return (model.sides[0].space?.kind === "pose" && (model.sides[0].item === "grasp" || name !== "name") && GRASPS[name]) || MEANINGS[name];
 }
 
-export function explainHeadings(panels) {
-  for (const heading of document.querySelectorAll(".panel:not([hidden]) > h2, #way > h2, #pins > h2")) {
-    const own = panels[heading.parentElement.id]?.meaning;
-    explain(heading, own ?? meaning(heading.parentElement.id));
-  }
+/** @param {string | undefined} likeness the meaning of that panel, which says how right it is */
+export function explainHeadings(likeness) {
+  for (const panel of document.querySelectorAll(".panel:not([hidden]), #way, #pins"))
+    explain(headingOf(panel), (panel.id === "likeness" && likeness) || meaning(panel.id));
 }
 
-// A family with the name that a person would give it, if the landscape has one.
+/** A family with the name that a person would give it, if the landscape has one. @param {import("./data.js").Side} side @param {number} family */
 export function familyName(side, family) {
   const name = side.family_names?.find(one => one.family === family)?.name;
   return name ? `g${family}: ${name}` : `g${family}`;
 }
 
-// What is said of an item beside the pointer.
+/** What is said of an item beside the pointer. @param {number} item */
 export function described(item) {
   const [side] = model.at(item);
   const label = plain(model.text("label", item));
   const stable = model.number("stable", item);
+  /** @param {string} field @param {string} words */
   const number = (field, words) => {
     const value = model.number(field, item);
-    return Number.isNaN(value) ? null : `${words} ${shown(value)}`;
+    return Number.isNaN(value) ? "" : `${words} ${shown(value)}`;
   };
   const grasps = side.item === "minimum" && side.space?.kind === "pose";
   return [
     model.name(item) + (label ? ` · ${label}` : ""),
     number("energy", "energy"),
     number("epsilon", "ε"),
-    Number.isNaN(stable) ? null : stable ? "held in simulation" : "fell in simulation",
-    grasps ? `${plural(model.number("members", item), "grasp", "grasps")}, family ${familyName(side, model.number("family", item))}` : null,
+    Number.isNaN(stable) ? "" : stable ? "held in simulation" : "fell in simulation",
+    grasps ? `${plural(model.number("members", item), "grasp", "grasps")}, family ${familyName(side, model.number("family", item))}` : "",
     number("joins", "joins others at"),
   ].filter(line => line);
 }
