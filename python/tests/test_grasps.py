@@ -190,3 +190,14 @@ def test_an_open_surface_becomes_a_wall_with_a_thickness():
     assert sheet.distance([[0.05, 0.05, 0], [0.05, 0.05, 0.01]]) == pytest.approx([-0.002, 0.008], abs=2e-4)
     with pytest.raises(ls.InputError, match="thickness_mm 0 is not from 0.1"):
         ls.Object.from_mesh(corners, triangles, thickness_mm=0)
+
+
+def test_grasps_are_asked_for(hand, tmp_path):
+    pen = ls.Object("pen")
+    found = ls.synthesize(hand, pen, 3, grips=["thumb+index"], out=tmp_path / "pinches.parquet")
+    assert "--grips thumb+index" in found.metadata["command"]
+    assert found.metadata["settings"]["asked"] == [{"digits": ["index", "thumb"]}]
+    more = ls.synthesize(hand, pen, 8, keep="all", beyond=found, apart_mm=8, chance=0.2)
+    assert "--beyond pinches.parquet --apart 8" in more.metadata["command"]
+    with pytest.raises(ls.InputError, match="33 grasp types"):
+        ls.synthesize(hand, pen, 1, types=["Tip Punch"])

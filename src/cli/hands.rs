@@ -31,6 +31,9 @@ pub(super) enum HandsCommand {
     /// Show the derived properties of a hand (table, picture), or write a side file in which they can be changed
     #[command(after_help = EXAMPLES)]
     Inspect(HandsInspect),
+    /// Say which of the 33 grasp types a hand can do on some objects, and whether they hold (table, picture)
+    #[command(after_help = super::hands_can::EXAMPLES)]
+    Can(super::hands_can::HandsCan),
 }
 
 /// Derived properties of a hand.
@@ -83,6 +86,7 @@ pub(super) fn run(command: &HandsCommand, common: &Common) -> anyhow::Result<()>
     match command {
         HandsCommand::List => list(common),
         HandsCommand::Inspect(command) => inspect(command, common),
+        HandsCommand::Can(command) => super::hands_can::run(command, common),
     }
 }
 

@@ -22,6 +22,7 @@ mod diversity;
 mod draw;
 mod export;
 mod hands;
+mod hands_can;
 mod import;
 mod input;
 mod inspect;

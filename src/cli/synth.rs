@@ -19,12 +19,12 @@ use crate::cli::text::text;
 use crate::evaluation::Diversity;
 use crate::evaluation::stability::{Drop, Protocol};
 use crate::grasp::{GraspEnergy, Judgement};
-use crate::limits::{CHAINS, PERTURBATION, STEPS};
+use crate::limits::{CHAINS, PERTURBATION, SHARE, STEPS};
 use crate::printable::counted;
-use crate::store::{GraspFile, Metadata};
+use crate::store::{GraspFile, LandscapeFiles, Metadata, content_hash};
 use crate::study::{
-    Experiment, Keep, Origin, PopulationSettings, Run, Synthesis, doubted_size, simulate_sample,
-    synthesize_population, tally,
+    Added, Archive, Asked, Experiment, Keep, Origin, PopulationSettings, Run, Synthesis,
+    doubted_size, simulate_sample, synthesize_beyond, synthesize_population, tally,
 };
 
 /// Synthesize grasps.
@@ -42,7 +42,7 @@ pub(super) struct Synth {
     pub(super) mirror: bool,
     /// The object: the name of a built-in object, a mesh (OBJ, STL, PLY, glTF; in metres unless --scale is given), or a
     /// TOML file of shapes (see `landscape help objects inspect`).
-    #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath, required_unless_present = "from")]
+    #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath, required_unless_present_any = ["from", "beyond"])]
     pub(super) object: Option<String>,
     /// Name of the object in files and pictures, instead of the name of its file.
     #[arg(
@@ -82,8 +82,44 @@ pub(super) struct Synth {
         allow_negative_numbers = true
     )]
     perturb: Option<f64>,
+    /// Keep only grasps that a file of grasps or a landscape lacks, and look for them where the unseen is expected: beside
+    /// rare minima and the tops of paths, with digits that touch nowhere in it, at places far from all contacts. With --from the given grasps are
+    /// refined first, and those that pass are kept. Hand and object are those of --beyond, unless others are named.
+    #[arg(long, value_name = "FILE|LANDSCAPE", value_hint = ValueHint::AnyPath, conflicts_with = "spread")]
+    beyond: Option<PathBuf>,
+    /// With --beyond: least distance of a new grasp from all others, in millimetres (root mean square movement of the hand's
+    /// surface, modulo the symmetry of the object). The default is 5.
+    #[arg(
+        long,
+        value_name = "MM",
+        requires = "beyond",
+        allow_negative_numbers = true
+    )]
+    apart: Option<f64>,
+    /// With --beyond: end the search when one more end is new with less than this chance (Good–Turing). The default is 0.1.
+    #[arg(
+        long,
+        value_name = "P",
+        requires = "beyond",
+        allow_negative_numbers = true
+    )]
+    chance: Option<f64>,
+    /// Ask for grasp types of the GRASP taxonomy, by number (1 to 33) or name: `9,14` or `Tip Pinch`. Chains serve all wishes in
+    /// turn, and an end counts only if it is what was asked for. The hand must be built like a human one.
+    #[arg(long, value_name = "TYPES", value_delimiter = ',')]
+    types: Vec<String>,
+    /// Ask for cells of the taxonomy, such as `precision/pad/2/abducted`.
+    #[arg(long, value_name = "CELLS", value_delimiter = ',')]
+    cells: Vec<String>,
+    /// Ask for sets of digits (and the palm) that touch, and no others: `thumb+index,thumb+index+middle`.
+    #[arg(long, value_name = "SETS", value_delimiter = ',')]
+    grips: Vec<String>,
+    /// Ask for regions that touch, with no other digits than theirs: `thumb.distal.pad,index.distal.pad`. Give it again for
+    /// another set.
+    #[arg(long, value_name = "REGIONS")]
+    regions: Vec<String>,
     /// Number of chains, at most a million; each gives one grasp if its end passes the filter. The default is 64, or one
-    /// for each given grasp.
+    /// for each given grasp; with --beyond at most 256 after the given grasps.
     #[arg(short = 'n', long, value_name = "N")]
     chains: Option<u64>,
     /// Greatest number of descents of each chain.
@@ -131,6 +167,13 @@ Examples:
   landscape synth --from mug.parquet -o better.parquet     refine given grasps
   landscape synth --from mug.parquet --perturb 10 -n 500 -o more.parquet
                                                            find more grasps near given ones
+  landscape synth --object ball --types 9,14,'Tip Pinch'   only these types of grasp
+  landscape synth --object mug --grips thumb+index+middle  only grasps by these digits
+  landscape synth --object mug --regions thumb.distal.pad,index.distal.radial
+                                                           only grasps by these regions of the hand
+  landscape synth --beyond mug.landscape -o new.parquet    only grasps that this landscape (or file) lacks
+  landscape synth --from set.parquet --beyond set.parquet -o repaired.parquet
+                                                           refine a set, and add what it lacks
 
 An interrupted run continues where it stopped when the same command is given again; --resume demands this, and --fresh
 starts over. The result is the same to the last byte.";
@@ -138,10 +181,14 @@ starts over. The result is the same to the last byte.";
 pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
     let mut settings = settings(command, common)?;
     let (origin, notes) = origin(command, common)?;
-    if !origin.given.is_empty() && command.chains.is_none() {
+    if command.chains.is_none() && command.beyond.is_some() {
+        settings.chains = BEYOND_CHAINS;
+    } else if !origin.given.is_empty() && command.chains.is_none() {
         settings.chains = origin.given.len() as u64;
     }
     let energy = origin.energy(&settings)?;
+    settings.wishes(&energy)?;
+    let archive = archive(command, &origin, &energy)?;
     let doubt = doubted_size(energy.hand(), energy.object(), origin.scale);
     if let Some(doubt) = &doubt {
         anyhow::ensure!(!doubt.sure || settings.keep == Keep::All, "{}", doubt.doubt);
@@ -152,7 +199,11 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         warn_of_inputs(command, &energy, notes);
     }
     explain_settings("settings", &settings.experiment);
-    let fingerprint = origin.fingerprint(&energy, &settings)?;
+    let mut fingerprint = origin.fingerprint(&energy, &settings)?;
+    if let Some(archive) = &archive {
+        let archive = archive.fingerprint();
+        fingerprint = content_hash(&[fingerprint.as_bytes(), archive.as_bytes()]);
+    }
     let journal = open_journal(&command.output, &fingerprint, &command.again, common.quiet)?;
     let (started, watch) = (Instant::now(), Watch::new(common.quiet));
     let run = Run {
@@ -160,11 +211,27 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         observer: &|news| watch.see(news),
         ..Run::default()
     };
-    let found = synthesize_population(&energy, &origin, &settings, &run)?;
+    let (found, added) = match &archive {
+        None => (
+            synthesize_population(&energy, &origin, &settings, &run)?,
+            None,
+        ),
+        Some(archive) => {
+            let (found, added) = synthesize_beyond(&energy, &origin, &settings, archive, &run)?;
+            (found, Some(added))
+        }
+    };
     watch.clear();
     let seconds = started.elapsed().as_secs_f64();
     let mut told = value(&found, seconds);
+    told["beyond"] = added.as_ref().map_or(Value::Null, added_value);
     let refused = refused(&found);
+    if let Some(added) = added.as_ref().filter(|_| found.grasps.is_empty()) {
+        anyhow::bail!("{}", nothing_new(added));
+    }
+    if found.grasps.is_empty() && !found.wishes.is_empty() {
+        anyhow::bail!("{}", none_granted(&found));
+    }
     anyhow::ensure!(
         !found.grasps.is_empty(),
         "{} the filter{}: {}",
@@ -173,6 +240,7 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         doubt.map_or_else(|| REMEDY.to_owned(), |doubt| doubt.doubt.to_string())
     );
     let mut answer = answer(&energy, &found, &settings, &command.output);
+    answer += &added.as_ref().map_or_else(String::new, added_text);
     if common.verbose {
         answer += &text(&told);
         answer += &text(&json!({ "diversity_of_strict_ones": diversity(&energy, &found) }));
@@ -227,8 +295,99 @@ fn answer(
         let _ = write!(text, "; {refused}");
     }
     text.push('\n');
+    for wish in &found.wishes {
+        let _ = writeln!(
+            text,
+            "{}: {} of {}{}",
+            wish.wish,
+            wish.found,
+            counted(wish.chains, "chain"),
+            others(&wish.refused)
+        );
+    }
     text
 }
+
+/// What a set lacked, in sentences.
+fn added_text(added: &Added) -> String {
+    let mut text = String::new();
+    if added.given > 0 {
+        let given = counted(added.given, "given grasp");
+        let _ = writeln!(
+            text,
+            "{} of {given} pass the filter after a descent",
+            added.repaired
+        );
+    }
+    let chance = added.chance.map_or_else(String::new, |chance| {
+        format!("; one more end would be new with a chance of {chance:.2}")
+    });
+    let ends = counted(added.ends, "end");
+    let chains = counted(added.chains, "chain");
+    let _ = writeln!(text, "{} of {ends} of {chains} are new{chance}", added.new);
+    for (what, counts) in [("types", &added.types), ("touching", &added.contacts)] {
+        if !counts.is_empty() {
+            let _ = writeln!(text, "new {what}: {}", spelled(counts));
+        }
+    }
+    text
+}
+
+/// What a set lacked, as JSON.
+fn added_value(added: &Added) -> Value {
+    json!({
+        "known": added.known,
+        "given": added.given,
+        "repaired": added.repaired,
+        "chains": added.chains,
+        "ends": added.ends,
+        "new": added.new,
+        "chance": added.chance,
+        "types": numbers(&added.types),
+        "contacts": numbers(&added.contacts),
+    })
+}
+
+/// Names with their numbers, by name.
+fn numbers(counts: &[(String, usize)]) -> BTreeMap<&str, usize> {
+    counts
+        .iter()
+        .map(|(name, count)| (name.as_str(), *count))
+        .collect()
+}
+
+/// The sentence that a set lacks nothing that was found.
+fn nothing_new(added: &Added) -> String {
+    format!(
+        "--beyond: none of {} is farther than --apart from the {} there; run more (-n) or lower --apart",
+        counted(added.ends, "end"),
+        counted(added.known, "pose")
+    )
+}
+
+/// The most frequent of some names, with their numbers.
+fn spelled(counts: &[(String, usize)]) -> String {
+    let named = counts
+        .iter()
+        .take(MOST_NAMES)
+        .map(|(name, count)| format!("{name} {count}"));
+    let rest = counts.len().saturating_sub(MOST_NAMES);
+    let rest = (rest > 0).then(|| format!("and {rest} more"));
+    named.chain(rest).collect::<Vec<_>>().join(", ")
+}
+
+/// Why chains did not find what they were asked for: `; others: became Medium Wrap 3, gives way under loads 1`.
+fn others(refused: &[(String, usize)]) -> String {
+    match refused {
+        [] => String::new(),
+        refused => format!("; others: {}", spelled(refused)),
+    }
+}
+
+/// How many names or reasons are printed in a line.
+const MOST_NAMES: usize = 8;
+/// Most chains of a search beyond a set, without `-n`.
+const BEYOND_CHAINS: u64 = 256;
 
 /// How many ends of chains the strict filter refuses, and why: `refused: 3 (gives way under loads 2, hand in itself 1)`.
 fn refused(found: &Synthesis) -> Option<String> {
@@ -275,6 +434,23 @@ fn none_passed(chains: usize) -> String {
     }
 }
 
+/// The sentence that no chain found what was asked for.
+fn none_granted(found: &Synthesis) -> String {
+    let wishes: Vec<&str> = found.wishes.iter().map(|wish| wish.wish.as_str()).collect();
+    let refused: Vec<&str> = found
+        .wishes
+        .iter()
+        .flat_map(|wish| &wish.refused)
+        .map(|(reason, _)| reason.as_str())
+        .collect();
+    format!(
+        "{}: none of {} found this (most often: {}); run more (-n), or ask for another object or grasp",
+        wishes.join(", "),
+        counted(found.chains.len(), "chain"),
+        refused.first().unwrap_or(&"nothing")
+    )
+}
+
 /// What to do if no chain passes the filter.
 const REMEDY: &str = "run more (-n) or longer ones (--steps with --fresh), or keep others (--keep)";
 
@@ -319,6 +495,20 @@ fn origin(command: &Synth, common: &Common) -> anyhow::Result<(Origin, Vec<Strin
         hand.with_context(|| path.display().to_string())?;
         return Ok((Origin::of_population(population), Vec::new()));
     }
+    if let Some(path) = command.beyond.as_ref().filter(|_| command.object.is_none()) {
+        let file = grasps_of(command, path)?;
+        let populations = file.landscapes();
+        let [population] = populations.as_slice() else {
+            anyhow::bail!(
+                "--beyond {}: this file contains grasps of {} pairs of hand and object: name the object with --object",
+                path.display(),
+                populations.len()
+            );
+        };
+        let mut origin = Origin::of_population(population);
+        origin.given.clear();
+        return Ok((origin, Vec::new()));
+    }
     let object = command.object.as_deref();
     let object = object.context("--object: the object to be grasped must be named")?;
     let (mut object, notes) = input::object(object, command.scale, command.thickness)?;
@@ -335,6 +525,59 @@ fn origin(command: &Synth, common: &Common) -> anyhow::Result<(Origin, Vec<Strin
         given: Vec::new(),
     };
     Ok((origin, notes))
+}
+
+/// The grasps of a file or of a landscape.
+fn grasps_of(command: &Synth, path: &Path) -> anyhow::Result<GraspFile> {
+    if path.is_dir() {
+        let file = LandscapeFiles::grasps(path)?;
+        return file.with_context(|| {
+            format!(
+                "--beyond {}: this landscape is not one of grasps; name another",
+                path.display()
+            )
+        });
+    }
+    let (hand, object) = (command.hand.as_deref(), command.object.as_deref());
+    let (file, _) = input::read_lacking(path, hand, object)?;
+    Ok(file)
+}
+
+/// What is there already, if a flag names it.
+fn archive(
+    command: &Synth,
+    origin: &Origin,
+    energy: &GraspEnergy,
+) -> anyhow::Result<Option<Archive>> {
+    let Some(path) = &command.beyond else {
+        return Ok(None);
+    };
+    let file = grasps_of(command, path)?;
+    let populations = file.landscapes();
+    let population = populations
+        .iter()
+        .find(|population| origin.is_of(population));
+    let population = population.with_context(|| {
+        format!(
+            "--beyond {}: it has no grasps of the {} hand on {} at scale {}; name those that it has",
+            path.display(),
+            origin.hand.name,
+            origin.object.name,
+            origin.scale
+        )
+    })?;
+    let archive = if path.is_dir() {
+        Archive::of_landscape(path)?
+    } else {
+        Archive::of_population(energy, population)
+    };
+    Ok(Some(Archive {
+        distance_m: command
+            .apart
+            .map_or(archive.distance_m, |apart_mm| 1e-3 * apart_mm),
+        chance: command.chance.unwrap_or(archive.chance),
+        ..archive
+    }))
 }
 
 /// The settings that the flags ask for; refuses what makes no sense before any work is spent on it.
@@ -357,7 +600,13 @@ fn settings(command: &Synth, common: &Common) -> anyhow::Result<PopulationSettin
     if let Some(perturb) = command.perturb {
         within("--perturb", PERTURBATION, perturb)?;
     }
-    let inputs = [&command.from, &command.config];
+    if let Some(apart) = command.apart {
+        within("--apart", PERTURBATION, apart)?;
+    }
+    if let Some(chance) = command.chance {
+        within("--chance", SHARE, chance)?;
+    }
+    let inputs = [&command.from, &command.config, &command.beyond];
     let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
     let named = [&command.object, &command.hand]
         .into_iter()
@@ -377,7 +626,39 @@ fn settings(command: &Synth, common: &Common) -> anyhow::Result<PopulationSettin
             KeepName::All => Keep::All,
         },
         at_most: command.spread,
+        asked: asked(command)?,
     })
+}
+
+/// What the flags ask for.
+fn asked(command: &Synth) -> anyhow::Result<Vec<Asked>> {
+    let set = |text: &str, separator: char| {
+        let names = text.split(separator).map(str::trim);
+        names
+            .filter(|name| !name.is_empty())
+            .map(str::to_owned)
+            .collect()
+    };
+    let mut asked = Vec::new();
+    for name in &command.types {
+        asked.push(Asked::type_named(name).map_err(|error| anyhow::anyhow!("--types {error}"))?);
+    }
+    for name in &command.cells {
+        asked.push(Asked::cell_named(name).map_err(|error| anyhow::anyhow!("--cells {error}"))?);
+    }
+    asked.extend(
+        command
+            .grips
+            .iter()
+            .map(|names| Asked::Digits(set(names, '+'))),
+    );
+    asked.extend(
+        command
+            .regions
+            .iter()
+            .map(|names| Asked::Regions(set(names, ','))),
+    );
+    Ok(asked)
 }
 
 /// The JSON document without what is known only after the file is written.
@@ -391,6 +672,12 @@ fn value(found: &Synthesis, seconds: f64) -> Value {
         "released": count(Judgement::passes_released),
         "refused": BTreeMap::from_iter(reasons(found)),
         "kept": found.grasps.len(),
+        "wishes": found.wishes.iter().map(|wish| json!({
+            "wish": wish.wish,
+            "chains": wish.chains,
+            "found": wish.found,
+            "refused": numbers(&wish.refused),
+        })).collect::<Vec<_>>(),
         "evaluations": chains.iter().map(|(end, _)| end.evaluations).sum::<u64>(),
         "seconds": seconds,
     })

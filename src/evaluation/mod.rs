@@ -10,5 +10,5 @@ pub mod human_likeness;
 pub mod stability;
 pub mod taxonomy;
 
-pub use diversity::{Diversity, contact_regions, regions_within};
+pub use diversity::{Diversity, TOUCHING_M, contact_regions, regions_within};
 pub use human_likeness::HandUse;

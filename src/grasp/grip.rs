@@ -1,5 +1,6 @@
 //! Which parts of a hand take part in a grasp.
 
+use nalgebra::Vector3;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +8,42 @@ use crate::hand::{Hand, LinkId};
 use crate::limits::{ENERGY_SETTING, Limit, SHARE};
 use crate::sample::Rng;
 
-/// The parts of a hand that take part; the others rest.
+/// The side of a link with which it takes part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Side {
+    /// The side to which it closes.
+    Palmar,
+    /// The side with this outward direction, a unit vector of the link's frame.
+    Toward(Vector3<f64>),
+}
+
+/// The links of a hand that take part in a grasp, each with a side; the others rest.
+///
+/// A [`Grip`] is a usual choice of them. What a [`Wish`](super::synthesis::Wish) asks for may take part with other sides: the
+/// thumb's side of the index finger in a lateral grasp.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parts(Vec<Option<Side>>);
+
+impl Parts {
+    /// The links that `side` chooses.
+    pub fn new(hand: &Hand, side: impl Fn(LinkId) -> Option<Side>) -> Self {
+        Self(
+            (0..hand.links.len())
+                .map(|link| side(LinkId(link)))
+                .collect(),
+        )
+    }
+
+    /// The side with which a link takes part; `None` if it rests.
+    ///
+    /// # Panics
+    /// If the hand has no such link.
+    pub fn side(&self, link: LinkId) -> Option<Side> {
+        self.0[link.0]
+    }
+}
+
+/// A usual choice of the parts of a hand that take part; the others rest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Grip {
     /// Number of digits: the thumb and the fingers next to it.
@@ -32,6 +68,11 @@ impl Grip {
             0 => self.palm,
             digit => digit <= self.digits && (!self.tips || hand.is_last_link(link)),
         }
+    }
+
+    /// The links that take part, with their palmar sides.
+    pub fn parts(self, hand: &Hand) -> Parts {
+        Parts::new(hand, |link| self.takes(hand, link).then_some(Side::Palmar))
     }
 }
 

@@ -4,6 +4,7 @@
 //! the contact set of a grasp, [`filter`] and [`closure`] judge it, [`depth`] measures penetration, and [`failure`] finds
 //! contacts in one concavity. [`kernel`] proposes moves for maps. [`paper`] is the method of Liu et al. (2021).
 
+pub mod between;
 pub mod closing;
 pub mod closure;
 pub mod contact;

@@ -24,15 +24,31 @@ const JOINT_SHARE: f64 = 0.15;
 /// the object's evenly spread samples.
 pub fn start_pose(hand: &Hand, object: &Object, rng: &mut Rng) -> Vec<f64> {
     let samples = &object.surface_samples;
-    draw(hand, rng, |rng| samples[rng.random_range(0..samples.len())])
+    let faced = |rng: &mut Rng| samples[rng.random_range(0..samples.len())];
+    draw(hand, None, rng, faced)
 }
 
 /// A random pose with the palm facing `faced` and the fingers near rest.
 pub fn start_pose_facing(hand: &Hand, faced: &SurfaceSample, rng: &mut Rng) -> Vec<f64> {
-    draw(hand, rng, |_| *faced)
+    draw(hand, None, rng, |_| *faced)
 }
 
-fn draw(hand: &Hand, rng: &mut Rng, faced: impl FnOnce(&mut Rng) -> SurfaceSample) -> Vec<f64> {
+/// A random pose with the palm facing `faced` and these joints.
+pub(super) fn start_pose_with(
+    hand: &Hand,
+    joints: &[f64],
+    faced: &SurfaceSample,
+    rng: &mut Rng,
+) -> Vec<f64> {
+    draw(hand, Some(joints), rng, |_| *faced)
+}
+
+fn draw(
+    hand: &Hand,
+    given: Option<&[f64]>,
+    rng: &mut Rng,
+    faced: impl FnOnce(&mut Rng) -> SurfaceSample,
+) -> Vec<f64> {
     let mut normal = || -> f64 { standard_normal(rng) };
     let tilt = [TILT_RAD * normal(), TILT_RAD * normal()];
     let joints: Vec<f64> = hand
@@ -44,6 +60,7 @@ fn draw(hand: &Hand, rng: &mut Rng, faced: impl FnOnce(&mut Rng) -> SurfaceSampl
             (rest + JOINT_SHARE * (upper - lower) * normal()).clamp(lower, upper)
         })
         .collect();
+    let joints = given.map_or(joints, <[f64]>::to_vec);
     let faced = faced(rng);
     let outward = Unit::new_normalize(faced.normal);
     let roll = rng.random_range(0.0..std::f64::consts::TAU);
@@ -67,7 +84,8 @@ fn draw(hand: &Hand, rng: &mut Rng, faced: impl FnOnce(&mut Rng) -> SurfaceSampl
     )
 }
 
-fn frame(z: &Unit<Vector3<f64>>) -> Rotation3<f64> {
+/// A frame whose third axis is `z`.
+pub(super) fn frame(z: &Unit<Vector3<f64>>) -> Rotation3<f64> {
     let mut helper = Vector3::zeros();
     helper[z.iamin()] = 1.0;
     let x = helper.cross(z).normalize();

@@ -61,6 +61,12 @@ impl Hand {
         straight_and_closed(self)[0].split_off(7)
     }
 
+    /// Joint coordinates of the closed hand: hinges in the middle of their ranges, slides at the lower limit.
+    pub(crate) fn closed_joints(&self) -> Vec<f64> {
+        let [_, mut closed] = straight_and_closed(self);
+        closed.split_off(7)
+    }
+
     /// The straight hand with its root frame at the origin, without surface points.
     pub fn straight(&self) -> PosedHand {
         let mut posed = PosedHand::default();

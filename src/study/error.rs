@@ -186,6 +186,9 @@ pub enum StudyError {
     /// A hand or its energy cannot be built.
     #[error(transparent)]
     Rebuild(#[from] RebuildError),
+    /// A wish makes no sense for a hand.
+    #[error(transparent)]
+    Wish(#[from] super::WishError),
     /// A setting of the energy is out of its range.
     #[error(transparent)]
     Settings(#[from] EnergySettingsError),

@@ -4,6 +4,8 @@
 //! | from | to | call |
 //! | --- | --- | --- |
 //! | a hand and an object | grasps that pass a filter | [`synthesize_population`] with [`PopulationSettings`] |
+//! | a hand and objects | the grasp types that it can do on them | [`hand_abilities`] |
+//! | a set of grasps or a landscape | grasps that it lacks | [`synthesize_beyond`] with an [`Archive`] |
 //! | grasps of another program | rows of `grasps.parquet`, judged | [`import_grasps`] with [`GraspImportSettings`] |
 //! | the grasps of a file | outcomes of a simulation | [`simulate_all`] |
 //! | the grasps of a file | grasp types | [`label_all`] |
@@ -84,6 +86,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod abilities;
+mod beyond;
 mod build;
 mod chain_choice;
 mod configuration;
@@ -135,6 +139,7 @@ mod teaching;
 mod thermodynamics;
 mod uncertainty;
 mod ways;
+mod wish;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -142,6 +147,8 @@ use std::path::Path;
 use serde::Serialize;
 use serde_json::Value;
 
+pub use abilities::{Abilities, Ability, hand_abilities};
+pub use beyond::{Added, Archive, synthesize_beyond};
 pub use build::{GraspLandscape, Growth, grow_population, map_population};
 pub use chain_choice::ChainChoice;
 pub use configuration::{
@@ -201,11 +208,14 @@ pub use survey::{
     HandSurvey, KindCounts, SharedContacts, Survey, SurveyFailure, SurveyedFamily, SurveyedMap,
     SurveyedPopulation,
 };
-pub use synthesis::{Keep, Origin, PopulationSettings, Synthesis, synthesize_population};
+pub use synthesis::{
+    Keep, Origin, PopulationSettings, Synthesis, WishOutcome, synthesize_population,
+};
 pub(crate) use tables::family_of;
 pub use teaching::examples;
 pub use thermodynamics::{AtTemperature, Thermodynamics, ThermodynamicsSettings};
 pub use ways::Way;
+pub use wish::{Asked, HandNames, Served, WishError, Wishes};
 
 pub(crate) use crate::topography::median;
 pub use crate::topography::{JournalError, Run};

@@ -2,9 +2,14 @@
 
 use rayon::prelude::*;
 
-use super::{Experiment, JournalError, Run};
+use serde_json::json;
+
+use super::wish::{Asked, Served, WishError, Wishes};
+use super::{Experiment, JournalError, Run, tally};
 use crate::grasp::spread::spread;
-use crate::grasp::synthesis::{Given, Synthesized, synthesize, synthesize_from};
+use crate::grasp::synthesis::{
+    Given, SynthesisSettings, Synthesized, Wish, synthesize, synthesize_from, synthesize_towards,
+};
 use crate::grasp::{GraspEnergy, Judgement, judge};
 use crate::hand::HandFiles;
 use crate::object::{Object, ObjectParts};
@@ -43,6 +48,9 @@ pub struct PopulationSettings {
     pub keep: Keep,
     /// Keeps at most so many of them, spread evenly over the object.
     pub at_most: Option<usize>,
+    /// What is asked for; chains serve these wishes in turn, and an end counts only if it is what its chain was asked for.
+    /// Empty for any grasp.
+    pub asked: Vec<Asked>,
 }
 
 impl Default for PopulationSettings {
@@ -54,7 +62,18 @@ impl Default for PopulationSettings {
             displacement_m: 0.0,
             keep: Keep::Strict,
             at_most: None,
+            asked: Vec::new(),
         }
+    }
+}
+
+impl PopulationSettings {
+    /// The wishes, prepared for the hand and the object of an energy.
+    ///
+    /// # Errors
+    /// If a wish makes no sense for the hand.
+    pub fn wishes<'a>(&self, energy: &'a GraspEnergy) -> Result<Wishes<'a>, WishError> {
+        Wishes::new(energy.hand(), energy.object(), &self.asked)
     }
 }
 
@@ -86,6 +105,21 @@ pub struct Synthesis {
     pub chains: Vec<(Synthesized, Judgement)>,
     /// What was kept.
     pub grasps: Vec<GraspRow>,
+    /// What came of each wish.
+    pub wishes: Vec<WishOutcome>,
+}
+
+/// What came of a wish.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct WishOutcome {
+    /// What was asked for.
+    pub wish: String,
+    /// Number of chains that served it.
+    pub chains: usize,
+    /// How many of them ended in a grasp that is what was asked for.
+    pub found: usize,
+    /// Why the others did not, with their numbers, most frequent first.
+    pub refused: Vec<(String, usize)>,
 }
 
 impl Origin {
@@ -111,6 +145,14 @@ impl Origin {
             scale: 1.0,
             given: Vec::new(),
         })
+    }
+
+    /// Whether a population has the same hand, object and scale.
+    pub fn is_of(&self, population: &Population<'_>) -> bool {
+        let (hand, object) = (population.hand, population.object);
+        self.hand.is_same_hand(hand)
+            && self.object.content_hash == object.content_hash
+            && self.scale.to_bits() == population.scale.to_bits()
     }
 
     /// Hand, object and grasps of a population.
@@ -141,6 +183,10 @@ impl Origin {
         energy: &GraspEnergy,
         settings: &PopulationSettings,
     ) -> Result<Metadata, serde_json::Error> {
+        let mut told = serde_json::to_value(settings.experiment.synthesis)?;
+        if !settings.asked.is_empty() {
+            told["asked"] = json!(settings.asked);
+        }
         Ok(Metadata {
             schema_version: SCHEMA_VERSION,
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -148,7 +194,7 @@ impl Origin {
             hands: vec![self.hand.clone()],
             objects: vec![self.object.clone()],
             energy: serde_json::to_value(settings.experiment.energy)?,
-            settings: serde_json::to_value(settings.experiment.synthesis)?,
+            settings: told,
             terms: energy.term_names(),
             ..Metadata::default()
         })
@@ -170,13 +216,13 @@ impl Origin {
     }
 
     /// The grasp that chain number `chain` starts from.
-    fn given(&self, chain: u64) -> Option<&GraspRow> {
+    pub(super) fn given(&self, chain: u64) -> Option<&GraspRow> {
         let count = self.given.len() as u64;
         let place = chain.checked_rem(count)?;
         self.given.get(usize::try_from(place).ok()?)
     }
 
-    fn row(
+    pub(super) fn row(
         &self,
         energy: &GraspEnergy,
         seed: u64,
@@ -213,22 +259,40 @@ impl Origin {
 /// If the journal takes no record.
 ///
 /// # Panics
-/// If the settings ask for no attempt, or a given grasp is one of another hand.
+/// If the settings ask for no attempt, a given grasp is one of another hand, or a wish makes no sense for the hand
+/// ([`PopulationSettings::wishes`]).
 pub fn synthesize_population(
     energy: &GraspEnergy,
     origin: &Origin,
     settings: &PopulationSettings,
     run: &Run<'_>,
 ) -> Result<Synthesis, JournalError> {
-    let ends = synthesize_chains(energy, origin, settings, run)?;
-    let judged = ends.into_par_iter().map(|end| {
-        let judgement = judge(energy, &end.refined);
-        (end, judgement)
-    });
-    let chains: Vec<(Synthesized, Judgement)> = judged.collect();
+    let wishes = settings.wishes(energy);
+    let wishes = wishes.expect("wishes were understood before");
+    let numbers: Vec<u64> = (0..settings.chains).collect();
+    let ends = run.each(
+        &run.tally(Phase::Synthesize, numbers.len()),
+        &numbers,
+        |chain| format!("chain {chain}"),
+        |chain| {
+            let given = origin.given(*chain).map(|row| Given {
+                x: &row.grasp.pose,
+                displacement_m: settings.displacement_m,
+            });
+            let served = wishes.of_chain(*chain);
+            let wish = served.as_ref().map(|served| served as &dyn Wish);
+            let of_chain = &settings.experiment.synthesis;
+            one_chain(energy, of_chain, [settings.seed, *chain], given, wish)
+        },
+    )?;
+    let chains = judged(energy, ends);
+    let objections: Vec<Option<String>> = (chains.par_iter())
+        .map(|(end, judgement)| objection(wishes.of_chain(end.chain), end, judgement, settings))
+        .collect();
     let mut kept: Vec<&(Synthesized, Judgement)> = chains
         .iter()
-        .filter(|(_, judgement)| settings.keep.keeps(judgement))
+        .zip(&objections)
+        .filter_map(|(end, objection)| objection.is_none().then_some(end))
         .collect();
     if let Some(limit) = settings.at_most {
         let place =
@@ -242,38 +306,71 @@ pub fn synthesize_population(
         .iter()
         .map(|(end, judgement)| origin.row(energy, settings.seed, end, judgement))
         .collect();
-    Ok(Synthesis { chains, grasps })
+    Ok(Synthesis {
+        grasps,
+        wishes: outcomes(&wishes, &objections),
+        chains,
+    })
 }
 
-fn synthesize_chains(
+/// Judges the ends of chains.
+pub(super) fn judged(
     energy: &GraspEnergy,
-    origin: &Origin,
-    settings: &PopulationSettings,
-    run: &Run<'_>,
-) -> Result<Vec<Synthesized>, JournalError> {
-    let chains: Vec<u64> = (0..settings.chains).collect();
-    run.each(
-        &run.tally(Phase::Synthesize, chains.len()),
-        &chains,
-        |chain| format!("chain {chain}"),
-        |chain| one_chain(energy, origin, settings, *chain),
-    )
+    ends: Vec<Synthesized>,
+) -> Vec<(Synthesized, Judgement)> {
+    let judged = ends.into_par_iter().map(|end| {
+        let judgement = judge(energy, &end.refined);
+        (end, judgement)
+    });
+    judged.collect()
 }
 
-fn one_chain(
-    energy: &GraspEnergy,
-    origin: &Origin,
+/// Why the end of a chain is not kept; `None` if it is.
+pub(super) fn objection(
+    served: Option<Served<'_>>,
+    end: &Synthesized,
+    judgement: &Judgement,
     settings: &PopulationSettings,
-    chain: u64,
+) -> Option<String> {
+    if !settings.keep.keeps(judgement) {
+        let reason = judgement.strict_objection();
+        return Some(reason.unwrap_or("fails the published filter").to_owned());
+    }
+    served?.objection(&end.refined.pose)
+}
+
+/// What came of each wish, by what is held against the end of each chain.
+pub(super) fn outcomes(wishes: &Wishes<'_>, objections: &[Option<String>]) -> Vec<WishOutcome> {
+    let of_wish = |place: usize| {
+        let own =
+            || (objections.iter().enumerate()).filter(move |(n, _)| n % wishes.len() == place);
+        let refused = tally(own().filter_map(|(_, objection)| objection.as_deref()));
+        let served = wishes.of_chain(place as u64)?;
+        Some(WishOutcome {
+            wish: served.asked().name(),
+            chains: own().count(),
+            found: own().filter(|(_, objection)| objection.is_none()).count(),
+            refused,
+        })
+    };
+    (0..wishes.len()).filter_map(of_wish).collect()
+}
+
+/// Runs a chain from a given grasp, if there is one, for a wish, if there is one.
+pub(super) fn one_chain(
+    energy: &GraspEnergy,
+    of_chain: &SynthesisSettings,
+    [seed, chain]: [u64; 2],
+    given: Option<Given<'_>>,
+    wish: Option<&dyn Wish>,
 ) -> Synthesized {
-    let (of_chain, seed) = (&settings.experiment.synthesis, settings.seed);
     let descent = QuenchSettings::default();
-    let Some(given) = origin.given(chain) else {
-        return synthesize(energy, of_chain, &descent, seed, chain);
-    };
-    let given = Given {
-        x: &given.grasp.pose,
-        displacement_m: settings.displacement_m,
-    };
-    synthesize_from(energy, of_chain, &descent, seed, chain, &given)
+    match (given, wish) {
+        (given, Some(wish)) => {
+            let (task, given) = ([seed, chain], given.as_ref());
+            synthesize_towards(energy, of_chain, &descent, task, given, wish)
+        }
+        (Some(given), None) => synthesize_from(energy, of_chain, &descent, seed, chain, &given),
+        (None, None) => synthesize(energy, of_chain, &descent, seed, chain),
+    }
 }

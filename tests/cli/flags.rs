@@ -89,6 +89,19 @@ fn absurd_numbers_are_refused() {
         synth --object ball --scale 1e155 | --scale 1e155
         synth --object ball --scale 1e-300 | --scale 1e-300
         synth --from g.parquet --perturb 1e9 | --perturb 1e9
+        synth --object ball --types 34 | --types 34 | 33 grasp types
+        synth --object ball --types `Tip Punch` | --types Tip Punch | 33 grasp types
+        synth --object ball --cells power | --cells power | 17 cells | precision/pad/2/abducted
+        synth --object ball --grips thumb+pinky | pinky | no such digit | thumb, index, middle, ring, little
+        synth --object ball --grips thumb | thumb | at least two parts
+        synth --object ball --regions thumb.pad,index.distal.pad | thumb.pad | no such region | thumb.distal.pad
+        synth --object ball --hand gripper_parallel --types 9 | Palmar Pinch | gripper_parallel | --grips
+        synth --object pen --beyond g.parquet | --beyond g.parquet | human hand on pen
+        synth --object ball --beyond absent.parquet | absent.parquet
+        synth --beyond g.parquet --apart -1 | --apart -1
+        synth --beyond g.parquet --chance 2 | --chance 2
+        hands can gripper_parallel ball | gripper_parallel | not built like a human one
+        hands can human ball ball | ball | two objects
         objects inspect ball --scale 1e300 | --scale 1e300
         build g.parquet --pull 1e300 | --pull 1e300
         build g.parquet --pull 0 | --pull 0 is not

@@ -15,6 +15,8 @@ use crate::{in_cache, thirty_grasps};
 const RUNS: &str = "
     synth | synth --object ball -n 4 --steps 1 --keep all --drop 2 -o s.parquet
     synth | synth --object ball -n 2 --steps 1 --keep all --drop 0 -q -o s.parquet
+    synth | synth --object ball -n 2 --steps 2 --keep all --drop 0 --grips thumb+index -o s.parquet
+    synth | synth --from g.parquet --beyond g.parquet -n 2 --steps 1 --keep all --drop 0 -o s.parquet
     build | build g.parquet --first 3 -o b.landscape --no-report
     surface | surface muller-brown --no-report
     import of a landscape | import database --no-report
@@ -32,6 +34,7 @@ const RUNS: &str = "
     join | join g.parquet g.parquet -o twice.parquet
     hands list | hands list
     hands inspect | hands inspect gripper_parallel
+    hands can | hands can human pen -n 1
     objects list | objects list
     objects inspect | objects inspect cube.obj
     objects inspect | objects inspect bottle_round --side-file side.json

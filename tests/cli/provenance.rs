@@ -23,6 +23,9 @@ const RUNS: &str = r#"
     synth | --object | @/half shell.obj | --scale | 0.8 | --thickness | 2.5 | -n | 2 | --steps | 1 | --keep | all
     synth | --from | @/-g.parquet | --perturb | 3 | --steps | 1 | --keep | all | --hand | @/own's hand.urdf
     synth | --object | @/one/shapes.toml | --config | @/two/shapes.toml | -n | 2 | --steps | 1 | --keep | all
+    synth | --object | pen | -n | 8 | --steps | 6 | --keep | all | --types | 9,Prismatic 2 Finger | --cells | precision/pad/2-3/abducted | --grips | thumb+index,thumb+index+middle | --regions | thumb.distal.pad,index.distal | --regions | thumb,middle.distal
+    synth | --from | @/-g.parquet | --beyond | @/-g.parquet | -n | 3 | --apart | 4 | --chance | 0.3 | --steps | 1 | --keep | all
+    synth | --beyond | @/it's old | -n | 4 | --steps | 1 | --keep | all | --apart | 0.01
     build | @/held $1.parquet | --neighbours | 1 | --temperature | 0.02 | --pull | 40 | --family-barrier | 0.05 | --only-stable | --first | 3 | --seed | 5 | --object | ball | --config | @/map it's.toml
     build | @/-g.parquet | --onto | @/it's old
     build | @/-g.parquet | --onto | @/it's old | --connect | m0 | 1

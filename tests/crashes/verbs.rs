@@ -67,6 +67,8 @@ const VERBS: &str = "
     rates | rates s.landscape --from m1 --to m0 --temperature 20 -o rates | s.landscape | quick
     way | inspect g.landscape --path m0 m1 --pictures 2 | g.landscape | slow
     hands | hands inspect human --side-file human.json -o human.png --force | none | slow
+    hands can | hands can human pen -n 1 -o able | none | slow
+    beyond | synth --from few.parquet --beyond few.parquet -n 3 --steps 1 --keep all -o more.parquet | few.parquet | slow
     objects | objects inspect cube.obj --side-file found.json -o cube.png --force | cube.obj | slow
     bake | objects bake model.safetensors --specs specs.json --scale 0.1 --cells 40 -o baked.obj | model.safetensors specs.json | slow
 ";

@@ -814,6 +814,13 @@ def synthesize(
     keep: Keep = "strict",
     steps: int | None = None,
     spread: int | None = None,
+    types: Sequence[int | str] | None = None,
+    cells: Sequence[str] | None = None,
+    grips: Sequence[str] | None = None,
+    regions: Sequence[Sequence[str]] | None = None,
+    beyond: StrPath | Grasps | None = None,
+    apart_mm: float | None = None,
+    chance: float | None = None,
     config: StrPath | None = None,
     out: StrPath | None = None,
     force: bool = False,
@@ -835,6 +842,18 @@ def synthesize(
         ``"strict"`` (what a person could hold), ``"published"`` (Eq. 11 of Liu et al. 2021) or ``"all"``.
     steps, spread
         Descents of a chain at most, and how many grasps to keep at most, spread over the object.
+    types, cells
+        Grasp types to ask for, by number (1 to 33) or name, and cells of the taxonomy (``"precision/pad/2/abducted"``). Chains
+        serve all wishes in turn, and an end counts only if it is what was asked for.
+    grips
+        Sets of digits to ask for, such as ``["thumb+index", "thumb+index+middle"]``; no other digit touches.
+    regions
+        Sets of regions of the hand to ask for, such as ``[["thumb.distal.pad", "index.distal.pad"]]``.
+    beyond
+        Grasps, or the path of a file or a landscape: only grasps that it lacks are kept.
+    apart_mm, chance
+        With ``beyond``: least distance of a new grasp from all others (5 mm), and the chance that one more end is new below
+        which the search ends (0.1).
     config
         An experiment file (TOML).
     out
@@ -857,7 +876,11 @@ def synthesize(
         chains=whole_or_none("n", n), steps=whole_or_none("steps", steps),
         seed=whole("seed", seed) or None, force=force, config=config,
         keep=None if keep == "strict" else keep, spread=whole_or_none("spread", spread),
+        types=types and list(types), cells=cells and list(cells), grips=grips and list(grips),
+        beyond=beyond._file() if isinstance(beyond, Grasps) else beyond, apart=apart_mm, chance=chance,
     )
+    for part in regions or ():
+        words += flags(regions=list(part))
     synthesized(hand, object, target, progress, words)
     return Grasps(_native.Grasps.read(target, None, None), target, folder)
 

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::facts::DIGITS;
 use crate::hand::{Hand, LinkId, PatchSide, PosedHand};
 
 /// Links whose joints lie closer together than this share of the palm's breadth are one bone, for example the hinges of a
@@ -43,6 +44,26 @@ pub enum Patch {
     Palm(PalmPart),
     /// On a digit: 1 = thumb, 2 = index, 3 = middle, 4 = ring, 5 = little.
     Digit(usize, Bone, PatchSide),
+}
+
+impl Patch {
+    /// The name of the part, as hands that name their regions spell it: `thumb.distal.pad`, `palm.web`.
+    pub fn name(self) -> String {
+        match self {
+            Self::Palm(PalmPart::Volar) => "palm".to_owned(),
+            Self::Palm(PalmPart::Web) => "palm.web".to_owned(),
+            Self::Palm(PalmPart::Dorsum) => "palm.dorsum".to_owned(),
+            Self::Digit(digit, bone, side) => {
+                let bone = match bone {
+                    Bone::Metacarpal => "metacarpal",
+                    Bone::Proximal => "proximal",
+                    Bone::Middle => "middle",
+                    Bone::Distal => "distal",
+                };
+                format!("{}.{bone}.{}", DIGITS[digit - 1], side.name())
+            }
+        }
+    }
 }
 
 /// The direction of a bone to the tip, in its link's frame.

@@ -48,16 +48,11 @@ pub(super) struct Fits(Vec<Option<f64>>);
 impl Fits {
     pub(super) fn of(rule: &Rule, anatomy: &Anatomy, facts: &Facts, held: Option<&Held>) -> Self {
         let types = Taxonomy::feix().types.iter();
-        let fit = |entry: &GraspType| {
-            let can = (1..=5).all(|digit| anatomy.has(digit) || rule.can_do_without(entry, digit));
-            let cues = rule.cues(entry).iter();
-            let factors = cues.filter_map(|cue| {
-                let value = value(cue, entry, facts, held)?;
-                Some(factor(cue, value))
-            });
-            can.then(|| factors.product())
+        let fit_of = |entry: &GraspType| {
+            let can = rule.can_be_done(anatomy, entry);
+            can.then(|| fit(rule, entry, facts, held))
         };
-        Self(types.map(fit).collect())
+        Self(types.map(fit_of).collect())
     }
 
     /// The largest fit.
@@ -73,6 +68,16 @@ impl Fits {
             |fit: &Option<f64>| fit.map_or(0.0, |fit| blunted(fit) / sum.max(f64::MIN_POSITIVE));
         self.0.iter().map(share).collect()
     }
+}
+
+/// How well a type fits, 0 to 1.
+pub(super) fn fit(rule: &Rule, entry: &GraspType, facts: &Facts, held: Option<&Held>) -> f64 {
+    let cues = rule.cues(entry).iter();
+    let factors = cues.filter_map(|cue| {
+        let value = value(cue, entry, facts, held)?;
+        Some(factor(cue, value))
+    });
+    factors.product()
 }
 
 /// What follows from the fits: category, cell and type, in this order.

@@ -9,6 +9,7 @@
 mod anatomy;
 mod certainty;
 mod decision;
+mod expected;
 mod explain;
 mod facts;
 mod features;
@@ -24,6 +25,7 @@ mod touch;
 pub use anatomy::{Anatomy, Bone, PalmAxes, PalmPart, Patch, Unlike};
 pub use certainty::Certainty;
 pub use decision::Evidence;
+pub use expected::{ExpectedTouch, ImaginedTouch};
 pub use explain::explain;
 pub(super) use facts::{DIGITS, flexion, thumb_elevation, touches_enough};
 pub use features::Features;

@@ -6,6 +6,7 @@ use std::sync::{Arc, LazyLock};
 use serde::Deserialize;
 
 use super::TaxonomyError;
+use super::anatomy::Anatomy;
 use super::facts::{DIGITS, FACTS, fact};
 use super::pose_correction::PoseCorrection;
 use super::table::{Category, GraspType, Opposition, Taxonomy, Thumb};
@@ -296,6 +297,11 @@ impl Rule {
     /// What a type expects.
     pub(super) fn cues(&self, entry: &GraspType) -> &[Cue] {
         &self.cues[usize::from(entry.number) - 1]
+    }
+
+    /// Whether a hand has all digits that a type needs.
+    pub fn can_be_done(&self, anatomy: &Anatomy, entry: &GraspType) -> bool {
+        (1..=5).all(|digit| anatomy.has(digit) || self.can_do_without(entry, digit))
     }
 
     /// Whether a type is possible without a digit (1 = thumb … 5 = little), because it does not expect that digit to touch.

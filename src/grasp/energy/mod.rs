@@ -11,7 +11,7 @@ pub use queries::THROUGH_M;
 pub use settings::{AUTHORS_UNIT_M, EnergySettings, EnergySettingsError};
 
 use super::contact::CONTACTS;
-use super::grip::Grip;
+use super::grip::Parts;
 use super::layer::{Layer, LayerSettings};
 use super::term::Term;
 use crate::energy::{Energy, Explain};
@@ -93,10 +93,10 @@ impl GraspEnergy {
         }
     }
 
-    /// The energy that closes a hand in a grip: digits that take part are drawn to the object from farther away and without
+    /// The energy that closes some parts of a hand: those that take part are drawn to the object from farther away and without
     /// a hump; the other parts carry nothing and keep off the object. Meshes of the hand are filled coarsely. Its minima are
     /// starts for descents on this energy.
-    pub(crate) fn for_grip(&self, grip: Grip) -> Self {
+    pub(crate) fn for_grip(&self, parts: &Parts) -> Self {
         let layer = self.settings.layer;
         let closing = EnergySettings {
             layer: LayerSettings {
@@ -108,7 +108,7 @@ impl GraspEnergy {
         };
         let clearance_m = layer.rest_clearance_m();
         let coarse = &self.coarse_layer;
-        let layer = Layer::clone(coarse).for_grip(&self.hand, grip, clearance_m);
+        let layer = Layer::clone(coarse).for_grip(&self.hand, parts, clearance_m);
         let (hand, object) = (self.hand.clone(), self.object.clone());
         Self::with_layer(hand, object, closing, layer, coarse.clone())
     }

@@ -27,7 +27,7 @@ pub use neighbours::NeighbourList;
 pub use settings::LayerSettings;
 pub(crate) use settings::step;
 
-use crate::grasp::grip::Grip;
+use crate::grasp::grip::{Parts, Side};
 use crate::hand::{Ball, Capsule, Hand, LinkId, PosedHand, volar_directions};
 use crate::object::Shape;
 
@@ -39,6 +39,8 @@ const GROUP: usize = 6;
 const LEAF: usize = 4;
 /// Distance between the points of a phalanx that are drawn to the object, metres.
 const REACH_SPACING_M: f64 = 0.01;
+/// Least cosine between a direction and the normal of a surface point that faces it.
+const FACING: f64 = 0.7;
 /// Greatest number of nodes of a ball in a mesh.
 const MOST_NODES: usize = 3;
 /// Least share with which a ball of a mesh is pressed: somewhat more than that of the spheres of a finger that touch a ball.
@@ -179,15 +181,28 @@ impl Layer {
         }
     }
 
-    /// The layer for a grip: the other parts rest, at least `clearance_m` off the object.
+    /// The layer in which only some parts close, each with its side: the other parts rest, at least `clearance_m` off the
+    /// object.
     #[must_use]
-    pub fn for_grip(mut self, hand: &Hand, grip: Grip, clearance_m: f64) -> Self {
+    pub fn for_grip(mut self, hand: &Hand, parts: &Parts, clearance_m: f64) -> Self {
         for sphere in &mut self.spheres {
-            sphere.rests = !grip.takes(hand, sphere.link);
+            let side = parts.side(sphere.link);
+            sphere.rests = side.is_none();
             sphere.may_touch &= !sphere.rests;
+            if let Some(Side::Toward(direction)) = side {
+                sphere.volar = direction;
+            }
         }
         self.phalanges
-            .retain(|phalanx| grip.takes(hand, phalanx.link));
+            .retain(|phalanx| parts.side(phalanx.link).is_some());
+        for phalanx in &mut self.phalanges {
+            if let Some(Side::Toward(direction)) = parts.side(phalanx.link) {
+                let points = points_toward(hand, phalanx.link, &direction);
+                if !points.is_empty() {
+                    phalanx.points = points;
+                }
+            }
+        }
         if self.spheres.iter().any(|sphere| sphere.rests) {
             self.clearance_m = clearance_m;
         }
@@ -203,6 +218,14 @@ impl Layer {
         NeighbourList::default().find(self, posed, shape, reach_m, &mut near);
         near
     }
+}
+
+/// The surface points of a link that face a direction of its frame.
+fn points_toward(hand: &Hand, link: LinkId, direction: &Vector3<f64>) -> Vec<Vector3<f64>> {
+    let own = hand.surface.iter().filter(|point| point.link == link);
+    own.filter(|point| point.normal.dot(direction) > FACING)
+        .map(|point| point.point)
+        .collect()
 }
 
 /// A whole number of pieces of a hand; limits of files keep it small.

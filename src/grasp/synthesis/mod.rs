@@ -2,11 +2,13 @@
 
 mod settings;
 mod start;
+mod wish;
 
 use serde::{Deserialize, Serialize};
 
 pub use self::settings::{SynthesisSettings, SynthesisSettingsError};
 pub use self::start::Given;
+pub use self::wish::Wish;
 use super::Grasp;
 use super::energy::GraspEnergy;
 use super::filter::passes_strict;
@@ -47,6 +49,35 @@ pub fn synthesize(
     synthesize_observed(energy, settings, refine, seed, chain, &mut |_, _| ())
 }
 
+/// Like [`synthesize`], but serves a wish: starts and parts that close are those of the wish, and the first end that passes the
+/// strict filter and is what was asked for ends the chain. With a given grasp, descents start from there.
+///
+/// If no end is what was asked for, that of least energy counts, and [`Wish::grants`] says so.
+///
+/// # Panics
+/// If the given pose or the wish belongs to another hand.
+pub fn synthesize_towards(
+    energy: &GraspEnergy,
+    settings: &SynthesisSettings,
+    refine: &QuenchSettings,
+    [seed, chain]: [u64; 2],
+    given: Option<&Given<'_>>,
+    wish: &dyn Wish,
+) -> Synthesized {
+    let asked = Asked {
+        given,
+        wish: Some(wish),
+    };
+    run(
+        energy,
+        settings,
+        refine,
+        [seed, chain],
+        asked,
+        &mut |_, _| (),
+    )
+}
+
 /// Like [`synthesize`], but the descents start from a given grasp, each with a new random displacement. Without displacement
 /// there is one descent.
 ///
@@ -60,13 +91,16 @@ pub fn synthesize_from(
     chain: u64,
     given: &Given<'_>,
 ) -> Synthesized {
-    let given = Some(given);
+    let asked = Asked {
+        given: Some(given),
+        wish: None,
+    };
     run(
         energy,
         settings,
         refine,
         [seed, chain],
-        given,
+        asked,
         &mut |_, _| (),
     )
 }
@@ -80,7 +114,21 @@ pub fn synthesize_observed(
     chain: u64,
     observe: &mut dyn FnMut(u32, &State),
 ) -> Synthesized {
-    run(energy, settings, refine, [seed, chain], None, observe)
+    let asked = Asked::default();
+    run(energy, settings, refine, [seed, chain], asked, observe)
+}
+
+/// Where a chain starts, and what it is to find.
+#[derive(Clone, Copy, Default)]
+struct Asked<'a> {
+    given: Option<&'a Given<'a>>,
+    wish: Option<&'a dyn Wish>,
+}
+
+impl Asked<'_> {
+    fn grants(self, energy: &GraspEnergy, end: &Grasp) -> bool {
+        self.wish.is_none_or(|wish| wish.grants(energy, &end.pose))
+    }
 }
 
 fn run(
@@ -88,9 +136,10 @@ fn run(
     settings: &SynthesisSettings,
     refine: &QuenchSettings,
     [seed, chain]: [u64; 2],
-    given: Option<&Given<'_>>,
+    asked: Asked<'_>,
     observe: Observe<'_>,
 ) -> Synthesized {
+    let Asked { given, wish } = asked;
     let mut rng = stream(seed, Task::Synthesis, chain);
     let mut guide = None;
     let mut best: Option<(Synthesized, bool)> = None;
@@ -102,30 +151,37 @@ fn run(
     };
     let only = attempts == 1;
     for attempt in 0..attempts {
-        if given.is_none() && attempt % ATTEMPTS_OF_A_GRIP == 0 {
+        let mut begun = None;
+        if let Some(wish) = wish {
+            let (start, parts) = wish.begin(energy, chain, attempt, &mut rng);
+            guide = Some(energy.for_grip(&parts));
+            begun = Some(start);
+        } else if given.is_none() && attempt % ATTEMPTS_OF_A_GRIP == 0 {
             let grip = settings.grips.draw(energy.hand(), &mut rng);
-            guide = Some(energy.for_grip(grip));
+            guide = Some(energy.for_grip(&grip.parts(energy.hand())));
         }
-        let start = match given {
-            None => {
+        let start = match (given, begun) {
+            (Some(given), _) => start::given_start(energy, given, &mut rng),
+            (None, Some(begun)) => begun,
+            (None, None) => {
                 evaluations += 1;
                 start::start(energy, chain, &mut rng)
             }
-            Some(given) => start::given_start(energy, given, &mut rng),
         };
         evaluations += 1;
         let mut observe = |n, state: &State| observe(steps + n, state);
         let guiding = guide.as_ref().unwrap_or(energy);
         let end = descend_roughly(guiding, start, &mut observe);
         steps += 1;
-        let missed = (guide.as_ref()).is_some_and(|guide| misses_grip(guide, &end.raw));
+        let missed =
+            wish.is_none() && (guide.as_ref()).is_some_and(|guide| misses_grip(guide, &end.raw));
         if missed && best.is_some() {
             evaluations += end.evaluations;
             continue;
         }
-        let (found, passes) = finish(energy, refine, end, only);
+        let (found, passes) = finish(energy, refine, end, only, asked);
         evaluations += found.evaluations;
-        let done = passes && !missed;
+        let done = passes && !missed && asked.grants(energy, &found.refined);
         // A grasp of another grip than the one asked for is kept until one of that grip is found.
         let is_better = |known: &(Synthesized, bool)| !known.1 && found.energy < known.0.energy;
         if done || best.as_ref().is_none_or(is_better) {
@@ -135,11 +191,15 @@ fn run(
             break;
         }
     }
-    let (best, _) = best.expect("there is at least one attempt");
+    let (mut best, passes) = best.expect("there is at least one attempt");
+    best.evaluations = evaluations;
+    if passes && !asked.grants(energy, &best.refined) {
+        // It was left after the trial, since it is not what was asked for.
+        descend(energy, refine, &mut best);
+    }
     Synthesized {
         chain,
         steps: u64::from(steps),
-        evaluations,
         ..best
     }
 }
@@ -212,6 +272,7 @@ fn finish(
     refine: &QuenchSettings,
     end: End,
     only: bool,
+    asked: Asked<'_>,
 ) -> (Synthesized, bool) {
     let mut found = Synthesized {
         chain: 0,
@@ -225,6 +286,9 @@ fn finish(
         descend(energy, &trial_settings(refine), &mut found);
         if !is_grasp(energy, &found) {
             return (found, false);
+        }
+        if !asked.grants(energy, &found.refined) {
+            return (found, true);
         }
     }
     descend(energy, refine, &mut found);
