@@ -117,7 +117,8 @@ fn stratified<'a>(files: &'a LandscapeFiles, rng: &mut Rng) -> Vec<&'a EdgeRow> 
         }
     };
     edges.sort_by(by(|edge| edge.relative_barrier));
-    for of_barrier in edges.chunks_mut(edges.len().div_ceil(CLASSES[0]).max(1)) {
+    let size = edges.len().div_ceil(CLASSES[0]).max(1);
+    for of_barrier in edges.chunks_mut(size) {
         of_barrier.sort_by(by(|edge| edge.length));
         let size = of_barrier.len().div_ceil(CLASSES[1]).max(1);
         classes.extend(of_barrier.chunks(size).map(<[_]>::to_vec));

@@ -44,8 +44,9 @@ pub(crate) struct Case<'a> {
     numbers: [f64; NUMBERS.len()],
     hold: [bool; CONDITIONS],
     succeeds: [bool; CONDITIONS],
-    /// Under the main condition.
+    /// Under the main condition, as is how the relaxed way ended.
     straight: bool,
+    ending: (&'static str, f64),
 }
 
 type Cases<'a> = Vec<Case<'a>>;
@@ -92,6 +93,7 @@ impl<'a> Case<'a> {
                 kind: Kind::Straight,
                 ..drive
             })[0],
+            ending: driven.ending(drive),
         }
     }
 
@@ -247,6 +249,21 @@ pub(crate) fn write(driven: &[Driven<'_>], folder: &Path) -> Result<(), Failure>
             cells.join(" | ")
         )?;
     }
+    let missed = chosen(&moving, |case| !case.succeeds[0]);
+    let mut shares: Vec<f64> = numbers(&missed, |case| case.ending.1 / case.numbers[OBJECT_M]);
+    shares.sort_by(f64::total_cmp);
+    let ended = ["moved", "turned", "released", "overlap", "lost"].map(|name| {
+        let count = chosen(&missed, |case| case.ending.0 == name).len();
+        format!("{name} {count}")
+    });
+    writeln!(
+        text,
+        "\n## How ways fail\n\nOf {} failures where the object must move: {}. (*Moved* and *turned*: the object ended elsewhere in the hand; *released*: \
+         it left the hand.) At the end, the object was off by a median of {:.2} times the distance that it had to go.",
+        missed.len(),
+        ended.join(", "),
+        shares.get(shares.len() / 2).copied().unwrap_or(f64::NAN),
+    )?;
     text.push_str(
         "\n## By what the contacts do\n\n| way | succeed | succeed, must move |\n|---|---|---|\n",
     );
@@ -414,7 +431,7 @@ fn table<'a>(cases: impl Iterator<Item = &'a Case<'a>>) -> String {
             );
         }
     }
-    text.push_str(",succeeds straight\n");
+    text.push_str(",succeeds straight,ended,off_m\n");
     for case in cases {
         let [from, to] = case.drive.ends.map(|end| end.0);
         let kind = format!("{:?}", case.drive.kind).to_lowercase();
@@ -429,7 +446,8 @@ fn table<'a>(cases: impl Iterator<Item = &'a Case<'a>>) -> String {
         for flag in [&case.hold[..], &case.succeeds, &[case.straight]].concat() {
             let _ = write!(text, ",{}", u8::from(flag));
         }
-        text.push('\n');
+        let (ended, off_m) = case.ending;
+        let _ = writeln!(text, ",{ended},{off_m:.6}");
     }
     text
 }

@@ -134,6 +134,16 @@ impl<'a> Driven<'a> {
         std::array::from_fn(|condition| rows.get(condition).is_some_and(|row| row[1] > 0.5))
     }
 
+    /// The name of the reason of a drive under the main condition, and how far off the object ended, metres.
+    pub(crate) fn ending(&self, drive: Drive) -> (&'static str, f64) {
+        let rows = self.table.of(&drive.key());
+        let [code, off_m] = [2, 3].map(|place| rows.first().map_or(f64::NAN, |row| row[place]));
+        let known = Reason::ALL
+            .into_iter()
+            .find(|reason| f64::from(*reason as u8) == code);
+        (known.map_or("", Reason::name), off_m)
+    }
+
     /// Whether both ends of a drive hold at rest under each condition.
     pub(crate) fn ends_hold(&self, drive: Drive) -> [bool; CONDITIONS] {
         let rest = |end| {
