@@ -40,7 +40,11 @@ fn main() -> Result<(), Failure> {
                 ];
                 match run(&words, &output) {
                     // A parallel gripper cannot hold the widest objects.
-                    Err(error) if error.to_string().contains(&format!("none of the {CHAINS} chains")) => {
+                    Err(error)
+                        if error
+                            .to_string()
+                            .contains(&format!("none of the {CHAINS} chains")) =>
+                    {
                         println!("{hand} on {object}: {error}");
                     }
                     ended => ended?,

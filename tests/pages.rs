@@ -289,7 +289,12 @@ fn the_tutorial_of_judging_runs() {
 #[cfg(unix)]
 #[test]
 fn the_tutorial_of_gaps_runs() {
-    let made = ["pinches.parquet", "repaired.parquet", "pen.png", "filled.survey"];
+    let made = [
+        "pinches.parquet",
+        "repaired.parquet",
+        "pen.png",
+        "filled.survey",
+    ];
     let desk = follow("fill_the_gaps.md", &made);
     let summary = read(&desk.path("filled.survey/summary.md"));
     assert!(summary.contains("Prismatic 2 Finger"), "{summary}");

@@ -4,12 +4,14 @@
 
 use landscape::evaluation::stability::{
     Build, Closing, ClosingRule, Drop, EndContact, LoadTest, MeasuredFrom, NAMED, NamedProtocol,
-    Needed, Outcome, Part, Protocol, Reason, Rest, Solid, Solver, World, simulate,
+    Needed, Outcome, Part, Protocol, Reason, Replay, Replayed, Rest, Solid, Solver, World, replay,
+    simulate,
 };
 use landscape::grasp::Grasp;
 use landscape::hand::Hand;
 use landscape::mesh::Mesh;
 use landscape::object::Object;
+use landscape::space::{PoseSpace, Symmetry};
 use nalgebra::Vector3;
 
 const GRAVITY_M_S2: f64 = 10.0;
@@ -411,6 +413,57 @@ fn rules_close_the_jaws() {
         });
         assert_eq!((outcome.reason, outcome.closed_by), (Reason::Held, rule));
     }
+}
+
+/// Ways of jaws that hold the block of [`pinched`] at first; `edit` changes a replay without gravity.
+fn replayed(way: &[[f64; 2]], edit: impl Fn(&mut Replay)) -> Replayed {
+    const HALF_M: [f64; 3] = [0.02, 0.02, 0.012];
+    let hand = Hand::named("gripper_parallel").unwrap();
+    let space = PoseSpace::new(hand.pose_metric(), Symmetry::None);
+    let grasp = |[along_m, opened_m]: &[f64; 2]| {
+        let mut x = hand.rest_coordinates();
+        (x[1], x[2]) = (*along_m, -0.03);
+        let joint = x.len() - 1;
+        x[joint] = HALF_M[0] + opened_m;
+        Grasp::new(x, Vec::new())
+    };
+    let way: Vec<Grasp> = way.iter().map(grasp).collect();
+    let mut settings = Replay::default();
+    settings.closing.rule = ClosingRule::None;
+    edit(&mut settings);
+    replay(&hand, &space, &way, &block(HALF_M), 0.1, &settings)
+}
+
+/// Jaws that press 4 mm deep hold a block at rest against its weight, not against a hundred times that, and lose it where they open.
+#[test]
+fn a_posture_at_rest_holds_and_an_open_hand_does_not() {
+    let held = [0.0, -0.004];
+    let rest = replayed(&[held], |_| ());
+    assert_eq!((rest.reason, rest.way_s), (Reason::Held, 0.0));
+    assert!(rest.off_m < 1e-3 && rest.off_rad < 0.02);
+    let across = |g: f64| move |settings: &mut Replay| settings.gravity_m_s2 = [0.0, g, 0.0];
+    assert_eq!(replayed(&[held], across(9.81)).reason, Reason::Held);
+    assert_eq!(replayed(&[held], across(981.0)).reason, Reason::Released);
+    let opened = replayed(&[held, [0.0, 0.02]], across(9.81));
+    assert_eq!(opened.reason, Reason::Released);
+    // The jaws have followed their targets until then.
+    let joints: Vec<f64> = opened
+        .moments
+        .iter()
+        .map(|at| at.pose.joints()[0])
+        .collect();
+    assert!(joints[joints.len() - 1] > joints[0] + 0.002);
+}
+
+/// A way along which only the pose of the object changes is one that no joint can drive.
+#[test]
+fn an_object_that_no_joint_moves_does_not_follow() {
+    let far = replayed(&[[0.0, -0.004], [0.015, -0.004]], |_| ());
+    assert_eq!(far.reason, Reason::Moved);
+    assert!((far.off_m - 0.015).abs() < 1e-3);
+    assert!((far.way_s - 0.015 / 0.02).abs() < 1e-9);
+    let near = replayed(&[[0.0, -0.004], [0.005, -0.004]], |_| ());
+    assert_eq!(near.reason, Reason::Held, "within the tolerance");
 }
 
 #[cfg(feature = "cli")]

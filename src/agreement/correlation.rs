@@ -42,6 +42,37 @@ pub fn spearman(x: &[f64], y: &[f64]) -> f64 {
     pearson(&ranks(&masked(x, y)), &ranks(&masked(y, x)))
 }
 
+/// [`spearman`] of x and y without the part that a third list explains, over places where all three are known.
+///
+/// ```text
+/// ρ = (ρ_xy − ρ_xz ρ_yz)/√((1 − ρ_xz²)(1 − ρ_yz²))
+/// ```
+///
+/// M. G. Kendall, Biometrika 32, 277 (1942), with Spearman's correlations. NaN if a list does not vary.
+///
+/// # Panics
+/// If the lists differ in length.
+pub fn partial_spearman(x: &[f64], y: &[f64], given: &[f64]) -> f64 {
+    assert_eq!(x.len(), given.len(), "numbers of the same cases");
+    let unknown: Vec<bool> = (x.iter().zip(y).zip(given))
+        .map(|((x, y), z)| (x + y + z).is_nan())
+        .collect();
+    let known = |own: &[f64]| -> Vec<f64> {
+        let pairs = own.iter().zip(&unknown);
+        pairs
+            .filter(|(_, unknown)| !**unknown)
+            .map(|(value, _)| *value)
+            .collect()
+    };
+    let (x, y, z) = (known(x), known(y), known(given));
+    without(spearman(&x, &y), spearman(&x, &z), spearman(&y, &z))
+}
+
+/// The partial correlation of x and y given z.
+fn without(xy: f64, xz: f64, yz: f64) -> f64 {
+    (xy - xz * yz) / ((1.0 - xz * xz) * (1.0 - yz * yz)).sqrt()
+}
+
 /// Kind of correlation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Correlation {
@@ -116,7 +147,28 @@ pub fn partial_mantel(
                 .collect()
         };
         let (b, d, z) = (keep(&permuted), keep(&second), keep(&given));
-        let (bd, bz, dz) = (pearson(&b, &d), pearson(&b, &z), pearson(&d, &z));
-        (bd - bz * dz) / ((1.0 - bz * bz) * (1.0 - dz * dz)).sqrt()
+        without(pearson(&b, &d), pearson(&b, &z), pearson(&d, &z))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two lists that only follow a third one are unrelated without it, and a list is fully related to itself.
+    #[test]
+    fn a_third_list_explains_what_two_have_in_common() {
+        let z: Vec<f64> = (0..40).map(f64::from).collect();
+        let wave = |period: usize| move |i: usize| if i / period % 2 == 0 { 3.0 } else { -3.0 };
+        let moved = |by: &dyn Fn(usize) -> f64| -> Vec<f64> {
+            z.iter().enumerate().map(|(i, z)| z + by(i)).collect()
+        };
+        let (x, y) = (moved(&wave(1)), moved(&wave(2)));
+        assert!(spearman(&x, &y) > 0.9);
+        assert!(partial_spearman(&x, &y, &z).abs() < 0.2);
+        assert!((partial_spearman(&x, &x, &z) - 1.0).abs() < 1e-9);
+        let mut lacking = x.clone();
+        lacking[7] = f64::NAN;
+        assert!(partial_spearman(&lacking, &y, &z).abs() < 0.25);
+    }
 }

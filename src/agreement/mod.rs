@@ -16,7 +16,7 @@ mod partition;
 mod share;
 mod test;
 
-pub use correlation::{Correlation, mantel, partial_mantel, pearson, spearman};
+pub use correlation::{Correlation, mantel, partial_mantel, partial_spearman, pearson, spearman};
 pub use dendrogram::Dendrogram;
 pub use graph::{assortativity, indicator, morans_i};
 pub use groups::{
@@ -31,7 +31,7 @@ pub use partition::{
     Comparison, adjusted_mutual_information, adjusted_rand, agreement_of_cuts, cuts_between,
     highest,
 };
-pub use share::wilson;
+pub use share::{sign_test, wilson};
 pub use test::{
     Outcome, Permutations, Resampled, Tested, UnderUncertainty, bootstrap, holm, test_labels,
     test_order, test_uncertain_labels,

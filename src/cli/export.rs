@@ -1,4 +1,4 @@
-//! `landscape export`: grasps for other programs.
+//! `landscape export`: grasps and landscapes for other programs.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -24,13 +24,14 @@ use crate::store::exchange::{
 };
 use crate::store::{FileSet, GraspFile, GraspRow, HandMetadata, Population, write_atomic};
 use crate::study::{
-    Approach, ExportedFile, MujocoScene, approaches, check_rigid, hand_urdf, squeezing_test,
+    Approach, Drives, ExportedFile, MujocoScene, approaches, check_rigid, hand_urdf, roadmap,
+    squeezing_test,
 };
 
 /// Write grasps for other programs.
 #[derive(Debug, Args)]
 pub(super) struct Export {
-    /// The grasps: a file of `landscape synth` or `import`.
+    /// The grasps: a file of `landscape synth` or `import`; for the format roadmap a landscape of `landscape build`.
     #[arg(value_name = "FILE")]
     grasps: PathBuf,
     /// The output format.
@@ -43,6 +44,10 @@ pub(super) struct Export {
     /// were simulated if the hand closes in it, and dexgraspbench otherwise.
     #[arg(long, value_name = "NAME", value_parser = protocol_names(), hide_possible_values = true)]
     protocol: Option<String>,
+    /// Drive each way of a road map in simulation, both ways under four conditions, and write how often the object followed
+    /// (seconds for each way).
+    #[arg(long)]
+    drive: bool,
     /// The file to write (a folder for dexonomy, mujoco, urdf, glb and usd); by default in the current folder, named after the
     /// grasps.
     #[arg(long, short, value_name = "PATH")]
@@ -77,6 +82,8 @@ pub(super) enum ExportFormat {
     Glb,
     /// A USD scene (.usda) for each grasp.
     Usd,
+    /// A landscape as a road map: postures, and the ways between them with the targets of the joints (.json).
+    Roadmap,
 }
 
 pub(super) const EXAMPLES: &str = "\
@@ -92,6 +99,7 @@ Examples:
   landscape export grasps.parquet dexonomy                 grasps.dexonomy/: a file for each grasp, as DexGraspBench reads
   landscape export grasps.parquet glb                      grasps.scenes/: the judged hand, the object and the contacts
   landscape export grasps.parquet glb --grasp 17 -o 17.glb
+  landscape export grasps.landscape roadmap                grasps.roadmap.json: ways between grasps, to be driven
 
 Poses are those of the hand's root in the object's frame: p_object = R p_hand + t, in metres; angles are in radians. The
 root is the frame of the hand's file (the world of an MJCF), in qpos and dexonomy as well: attach the file to a body with
@@ -113,6 +121,7 @@ impl ExportFormat {
             Self::Dexonomy => ("dexonomy", &[], Some("npy")),
             Self::Mujoco => ("mujoco", &[], Some("xml")),
             Self::Urdf => ("hand", &[], Some("urdf")),
+            Self::Roadmap => ("roadmap.json", &["json"], None),
         }
     }
 
@@ -160,6 +169,13 @@ pub(super) fn run(command: &Export, common: &Common) -> anyhow::Result<()> {
         command.protocol.is_none() || matches!(format, ExportFormat::Mujoco),
         "--protocol: only the format mujoco is a scene of a test"
     );
+    ensure!(
+        !command.drive || format == ExportFormat::Roadmap,
+        "--drive: only the format roadmap has ways to drive"
+    );
+    if format == ExportFormat::Roadmap {
+        return write_roadmap(command, &output, common);
+    }
     let file = input::grasps(&command.grasps, &command.of, common)?;
     input::all_known("--grasp", &command.grasp, &file, &command.grasps)?;
     let chosen = |grasp: &&GraspRow| command.grasp.is_empty() || command.grasp.contains(&grasp.id);
@@ -185,6 +201,25 @@ pub(super) fn run(command: &Export, common: &Common) -> anyhow::Result<()> {
         _ => format!("{grasps} to {place}"),
     };
     let report = json!({ "wrote": [output], "grasps": count });
+    tell_text(common, ("", &report), Some(&written))
+}
+
+fn write_roadmap(command: &Export, output: &Path, common: &Common) -> anyhow::Result<()> {
+    ensure!(
+        command.grasp.is_empty() && command.of.hand.is_none() && command.of.object.is_none(),
+        "the format roadmap writes a whole landscape: leave out --grasp, --hand and --object"
+    );
+    let files = input::open_landscape(&command.grasps)?;
+    let name = command.grasps.display().to_string();
+    let map = roadmap(&files, &Drives::of(&files, &name)?, command.drive)?;
+    write_atomic(output, &serde_json::to_vec(&map)?)?;
+    let edges = map["edges"].as_array().map_or(0, Vec::len);
+    let (ways, nodes) = (
+        counted(edges, "way"),
+        counted(files.minima.len(), "posture"),
+    );
+    let written = format!("{nodes} and {ways} to {}", output.display());
+    let report = json!({ "wrote": [output], "grasps": files.minima.len() });
     tell_text(common, ("", &report), Some(&written))
 }
 

@@ -39,6 +39,7 @@ mod progress;
 mod provenance;
 mod rates;
 mod report;
+mod route;
 mod run;
 mod stability;
 mod surface;
@@ -117,6 +118,9 @@ enum Command {
     /// Compute rates, first-passage times and the fastest pathways between two sets of minima
     #[command(after_help = rates::EXAMPLES)]
     Rates(rates::Rates),
+    /// Show the lowest way between two minima of a landscape, and whether a hand can go it
+    #[command(after_help = route::EXAMPLES)]
+    Route(route::Route),
     /// Print the settings of a command, with comments, as a file for its flag `--config`
     #[command(after_help = config::EXAMPLES)]
     Config(config::Config),
@@ -333,6 +337,7 @@ fn dispatch(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Draw(command) => draw::run(command, common),
         Command::Compare(command) => compare::run(command, common),
         Command::Diff(command) => diff::run(command, common),
+        Command::Route(command) => route::run(command, common),
         Command::Diversity(command) => diversity::run(command, common),
         Command::Judge(command) => judge::run(command, common),
         Command::Survey(command) => survey::run(command, common),

@@ -132,7 +132,9 @@ fn on_object(
         .map(|((end, judgement), _)| origin.row(&energy, settings.seed, end, judgement))
         .collect();
     let file = GraspFile {
-        metadata: origin.metadata(&energy, settings).map_err(RebuildError::Energy)?,
+        metadata: origin
+            .metadata(&energy, settings)
+            .map_err(RebuildError::Energy)?,
         grasps: rows,
     };
     let held: Vec<u64> = run

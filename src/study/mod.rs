@@ -24,6 +24,7 @@
 //! | `min.data` and `ts.data` | the same | [`ImportedLandscape::write`] |
 //! | a landscape | pictures of a part of it | [`Drawing::write`] with [`Views`] |
 //! | two minima of a landscape | the minimax path between them | [`MinimaxPath::between`], drawn by [`MinimaxPath::strip`] |
+//! | an edge of a landscape | whether a hand can go its way | [`Drives::path`], [`Drives::replay`] |
 //! | the minima of a landscape | their types in the GRASP taxonomy | [`GraspSetting::names`] |
 //! | named minima | statistics of heights against types | [`compare_with_taxonomy`] with [`StatisticsSettings`] |
 //! | a landscape with curvatures | heat capacity, occupation, free energies | [`Thermodynamics::new`] |
@@ -123,6 +124,7 @@ mod network_of_states;
 mod page;
 mod path_picture;
 pub mod referee;
+mod replaying;
 mod report;
 mod searched;
 mod settings;
@@ -168,7 +170,7 @@ pub use examples::{Colouring, MinimumNames};
 pub use experiment::{Experiment, ExperimentError};
 pub use export::{
     Approach, ExportError, ExportedFile, MujocoScene, OPENED_M, approaches, check_rigid, hand_urdf,
-    squeezing_test,
+    roadmap, squeezing_test,
 };
 pub use family_names::FamilyName;
 pub use given_labels::{GivenLabel, GivenLabelError, given_labels};
@@ -189,6 +191,7 @@ pub use minimum_values::MinimumValues;
 pub use names::{GraspSetting, MinimumName};
 pub use network_of_states::{NetworkOfStates, NumberedMinima};
 pub use page::{PageGrasps, PageLandscape, comparison_notes, grasp_page, landscape_page};
+pub use replaying::{Drives, Success};
 pub use report::{GraspReport, WrittenLandscape};
 pub use searched::{Searched, SurfaceSearch};
 pub use settings::{GraspMapSettings, MapSearch, StudyRun, settings_for_grasps};

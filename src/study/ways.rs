@@ -65,21 +65,35 @@ impl Way {
         if (0..parts).any(changes) {
             return Self::Regrasping;
         }
-        let (mut travel_m, mut slip_m) = (0.0, 0.0);
-        for pair in steps.windows(2) {
-            for (before, after) in pair[0].parts.iter().zip(&pair[1].parts) {
-                if before.load >= TOUCHES && after.load >= TOUCHES {
-                    travel_m += (after.on_object - before.on_object).norm();
-                    slip_m += after.moved_from(before).norm();
-                }
-            }
-        }
+        let [travel_m, slip_m] = travel_and_slip(steps);
         if slip_m < SLIPS * travel_m {
             Self::Rolling
         } else {
             Self::Sliding
         }
     }
+}
+
+/// How far the surface of the hand moves over the object along a path, at contacts that carry, summed over the palm and the
+/// digits, metres: no slip if all contacts stick or roll.
+pub(super) fn slip_m(energy: &GraspEnergy, points: &[&[f64]]) -> f64 {
+    let at = |x: &&[f64]| Touch::at(energy, energy.layer(), x);
+    let steps: Vec<Touch> = points.iter().map(at).collect();
+    travel_and_slip(&steps)[1]
+}
+
+/// How far contacts move on the object, and how far the hand's surface moves over it there, metres.
+fn travel_and_slip(steps: &[Touch]) -> [f64; 2] {
+    let (mut travel_m, mut slip_m) = (0.0, 0.0);
+    for pair in steps.windows(2) {
+        for (before, after) in pair[0].parts.iter().zip(&pair[1].parts) {
+            if before.load >= TOUCHES && after.load >= TOUCHES {
+                travel_m += (after.on_object - before.on_object).norm();
+                slip_m += after.moved_from(before).norm();
+            }
+        }
+    }
+    [travel_m, slip_m]
 }
 
 impl fmt::Display for Way {
@@ -202,6 +216,9 @@ mod tests {
         assert_eq!(Way::between(&slid), Way::Sliding);
         let rolled = [held(0.0, 0.0), held(0.01, 0.001)];
         assert_eq!(Way::between(&rolled), Way::Rolling);
+        // Two parts, each 1 mm.
+        let [travel_m, slip_m] = travel_and_slip(&rolled);
+        assert!((travel_m - 0.02).abs() < 1e-12 && (slip_m - 0.002).abs() < 1e-12);
         let lifted = [held(0.0, 0.0), touch([1.0, 0.0], 0.0, 0.0), held(0.0, 0.0)];
         assert_eq!(Way::between(&lifted), Way::Regrasping);
         let light = [held(0.0, 0.0), touch([1.0, 0.2], 0.01, 0.01)];

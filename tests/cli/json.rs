@@ -54,6 +54,9 @@ const RUNS: &str = "
     rates | rates muller-brown.landscape --from m1 --to m0 --temperature 10,20
     export | export g.parquet csv -o e.csv
     export | export g.parquet urdf -o hand
+    export | export g.landscape roadmap -o map.json
+    route | route g.landscape m0 m1
+    route | route g.landscape m0 m1 --drive
     config | config build
     cache | cache
     cache clear | cache clear

@@ -18,6 +18,7 @@ mod manuals;
 mod objects;
 mod outputs;
 mod provenance;
+mod roadmap;
 mod settings;
 mod spoilt_grasps;
 mod survey;

@@ -20,8 +20,52 @@ use crate::hand::{Hand, JointKind, LinkId, Motion, PosedHand};
 const LEAST_MASS_KG: f64 = 1e-3;
 const LEAST_INERTIA_KG_M2: f64 = 1e-7;
 
+/// The joints of a hand that [`add_hand`] added.
+pub(super) struct DrivenHand(Vec<DrivenLink>);
+
+/// A link that a motor moves.
+struct DrivenLink {
+    handle: MultibodyJointHandle,
+    /// Index of the joint in [`Hand::joints`], and the displacement of the link per displacement of the joint.
+    joint: usize,
+    ratio: f64,
+    kind: JointKind,
+    /// Σ ratio² of the joint, see [`springs_of_joints`].
+    shared: f64,
+}
+
+impl DrivenHand {
+    /// Sets the targets of all joints relative to the pose at the start, radians or metres.
+    pub(super) fn aim(&self, world: &mut World, targets: &[f64], springs: &Closing) {
+        for link in &self.0 {
+            let found = world.physics.multibody_joints.get_mut(link.handle);
+            let Some(moved) = found.and_then(|(multibody, id)| multibody.link_mut(id)) else {
+                continue;
+            };
+            let target = link.ratio * targets[link.joint];
+            let [stiffness, damping] = gains(link.kind, (springs, link.shared));
+            let data = &mut moved.joint.data;
+            data.set_motor_position(moved_axis(link.kind), target, stiffness, damping);
+        }
+    }
+
+    /// Adds the displacements of the joints since the start to their coordinates there.
+    pub(super) fn joints(&self, world: &World, start: &[f64]) -> Vec<f64> {
+        let mut joints = start.to_vec();
+        // The last link of a joint is written first, so that the joint's own link counts.
+        for link in self.0.iter().rev() {
+            let found = world.physics.multibody_joints.get(link.handle);
+            if let Some(moved) = found.and_then(|(multibody, id)| multibody.link(id)) {
+                let displacement = moved.joint().coords()[moved_axis(link.kind) as usize];
+                joints[link.joint] = start[link.joint] + displacement / link.ratio;
+            }
+        }
+        joints
+    }
+}
+
 /// Adds `hand` as chains of bodies on a fixed root. Joint coordinates are relative to `posed`, and so are their `targets`,
-/// radians or metres.
+/// radians or metres. `near_m` is that of [`balls`].
 ///
 /// Each chain that begins at the root is a multibody of its own, because the root does not move: the engine's work grows
 /// with the square and the cube of the joints of a multibody. Links that move with one joint have a spring each and share
@@ -30,10 +74,10 @@ pub(super) fn add_hand(
     world: &mut World,
     hand: &Hand,
     posed: &PosedHand,
-    solid: &Solid,
+    (solid, near_m): (&Solid, f64),
     targets: &[f64],
     springs: &Closing,
-) {
+) -> DrivenHand {
     let shared = springs_of_joints(hand);
     let mut joints = Vec::new();
     let mut bodies: Vec<RigidBodyHandle> = Vec::with_capacity(hand.links.len());
@@ -61,14 +105,21 @@ pub(super) fn add_hand(
                 } else {
                     bodies[parent.0]
                 };
-                joints.push(join(
+                let joined = join(
                     world,
                     [parent, handle],
                     parent_pose.inv_mul(&placed),
                     motion,
                     motion.ratio * targets[motion.joint],
                     (springs, shared[motion.joint]),
-                ));
+                );
+                joints.push(DrivenLink {
+                    handle: joined,
+                    joint: motion.joint,
+                    ratio: motion.ratio,
+                    shared: shared[motion.joint],
+                    kind: motion.kind,
+                });
                 handle
             }
         };
@@ -94,17 +145,31 @@ pub(super) fn add_hand(
         };
         fix(world, link, collider);
     }
-    for (link, part) in balls(hand, posed, solid) {
+    for (link, part) in balls(hand, posed, solid, near_m) {
         let collider = world.holder(&part, hand, link).density(0.0);
         fix(world, link, collider);
     }
     // The only damping is that of the motors.
-    for joint in joints {
-        if let Some((multibody, _)) = world.physics.multibody_joints.get_mut(joint) {
+    for joint in &joints {
+        if let Some((multibody, _)) = world.physics.multibody_joints.get_mut(joint.handle) {
             multibody.damping_mut().fill(0.0);
             multibody.armature_mut().fill(Closing::ARMATURE_KG_M2);
         }
     }
+    DrivenHand(joints)
+}
+
+fn moved_axis(kind: JointKind) -> JointAxis {
+    match kind {
+        JointKind::Hinge => JointAxis::AngX,
+        JointKind::Slide => JointAxis::LinX,
+    }
+}
+
+/// Stiffness and damping of the spring of a link, which shares those of its joint ([`springs_of_joints`]).
+fn gains(kind: JointKind, (springs, shared): (&Closing, f64)) -> [f64; 2] {
+    let share = kind.radians_per_unit().powi(2) / shared;
+    [springs.stiffness_n_m, springs.damping_n_m_s].map(|gain| gain * share)
 }
 
 /// Σ ratio² over the links that move with each joint: 1 where no other link follows. With stiffness k / Σ ratio² each, the
@@ -129,23 +194,21 @@ fn join(
         vector(&Vector3::x()),
         vector(&motion.axis),
     ));
-    let (locked, moved) = match motion.kind {
-        JointKind::Hinge => (JointAxesMask::LOCKED_REVOLUTE_AXES, JointAxis::AngX),
-        JointKind::Slide => (JointAxesMask::LOCKED_PRISMATIC_AXES, JointAxis::LinX),
+    let locked = match motion.kind {
+        JointKind::Hinge => JointAxesMask::LOCKED_REVOLUTE_AXES,
+        JointKind::Slide => JointAxesMask::LOCKED_PRISMATIC_AXES,
     };
-    let lever = motion.kind.radians_per_unit();
-    let share = lever.powi(2) / shared;
+    let moved = moved_axis(motion.kind);
+    let [stiffness, damping] = gains(motion.kind, (springs, shared));
     let joint = GenericJointBuilder::new(locked)
         .local_frame1(parent_from_child * turned)
         .local_frame2(turned)
         .motor_model(moved, MotorModel::ForceBased)
-        .motor_position(
+        .motor_position(moved, target, stiffness, damping)
+        .motor_max_force(
             moved,
-            target,
-            springs.stiffness_n_m * share,
-            springs.damping_n_m_s * share,
-        )
-        .motor_max_force(moved, springs.torque_limit_n_m * lever / shared);
+            springs.torque_limit_n_m * motion.kind.radians_per_unit() / shared,
+        );
     world
         .physics
         .insert_multibody_joint(parent, child, joint)

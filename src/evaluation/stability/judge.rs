@@ -35,6 +35,17 @@ pub enum Reason {
 }
 
 impl Reason {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Held,
+        Self::Overlap,
+        Self::Fell,
+        Self::Moved,
+        Self::Turned,
+        Self::Released,
+        Self::Lost,
+    ];
+
     /// Its name in files and tables.
     pub fn name(self) -> &'static str {
         match self {

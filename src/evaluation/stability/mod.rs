@@ -17,6 +17,7 @@ mod inertia;
 mod judge;
 mod load_test;
 mod named;
+mod replay;
 mod rest;
 mod settings;
 mod solid;
@@ -29,6 +30,7 @@ pub use load_test::{
     Axes, Closing, ClosingRule, Criterion, EndContact, LoadTest, Loads, MeasuredFrom, Needed,
 };
 pub use named::{NAMED, NamedProtocol, named};
+pub use replay::{Moment, Replay, Replayed, Target, moved_in_hand, replay, targets};
 pub use settings::{Drop, Protocol, ProtocolError, Rest, Solver};
 pub use solid::{Build, Fit, Piece, Solid};
 pub use world::{Part, World};

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use super::closing::Closed;
 use super::driven_hand::add_hand;
-use super::hand_parts::fix_hand;
+use super::hand_parts::{NEAR_M, fix_hand};
 use super::judge::{Outcome, Reason, overlaps};
 use super::load_test::{Axes, ClosingRule, EndContact, LoadTest, MeasuredFrom};
 use super::rest::Watch;
@@ -24,14 +24,17 @@ pub(super) fn withstand(
     let mut world = World::new(solid, mass_kg, [0.0; 3], test.friction, &test.solver);
     match closed.rule {
         ClosingRule::None => fix_hand(&mut world, hand, &closed.posed, solid),
-        _ => add_hand(
-            &mut world,
-            hand,
-            &closed.posed,
-            solid,
-            &closed.targets,
-            &test.closing,
-        ),
+        _ => {
+            let (posed, targets) = (&closed.posed, &closed.targets);
+            add_hand(
+                &mut world,
+                hand,
+                posed,
+                (solid, NEAR_M),
+                targets,
+                &test.closing,
+            );
+        }
     }
     let mut outcome = Outcome {
         closed_by: closed.rule,

@@ -4,11 +4,13 @@
 //! [`Hand`]: `tree` turns its links into joints whose coordinate zero is that of the description.
 
 mod mujoco;
+mod roadmap;
 mod text;
 mod tree;
 mod urdf;
 
 pub use mujoco::MujocoScene;
+pub use roadmap::roadmap;
 pub use urdf::hand_urdf;
 
 use crate::evaluation::stability::{
