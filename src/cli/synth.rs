@@ -9,7 +9,7 @@ use anyhow::Context;
 use clap::{Args, ValueHint};
 use serde_json::{Value, json};
 
-use super::args::{Again, Common, within};
+use super::args::{Again, Common, Lacking, within};
 use super::hands::expense;
 use super::input;
 use super::output::check_file;
@@ -538,8 +538,11 @@ fn grasps_of(command: &Synth, path: &Path) -> anyhow::Result<GraspFile> {
             )
         });
     }
-    let (hand, object) = (command.hand.as_deref(), command.object.as_deref());
-    let (file, _) = input::read_lacking(path, hand, object)?;
+    let lacking = Lacking {
+        hand: command.hand.clone(),
+        object: command.object.clone(),
+    };
+    let (file, _) = input::read_lacking(path, &lacking)?;
     Ok(file)
 }
 
