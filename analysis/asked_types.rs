@@ -133,7 +133,7 @@ fn report(table: &Table, most: usize) -> String {
     let sum = |hand: &str, number: u8, asked: bool| -> [f64; 3] {
         let objects = OBJECT_NAMES.iter().take(most);
         let rows = objects.flat_map(|object| table.of(&key(hand, object, asked)));
-        let own = rows.filter(|row| row[0] == f64::from(number));
+        let own = rows.filter(|row| (row[0] - f64::from(number)).abs() < 0.5);
         own.fold([0.0; 3], |sum, row| {
             std::array::from_fn(|k| sum[k] + row[k + 1])
         })

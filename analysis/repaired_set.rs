@@ -29,6 +29,26 @@ fn held(file: &GraspFile, run: &Run<'_>) -> Result<usize, Box<dyn Error>> {
     Ok(simulate_all(file, &Protocol::Drop(Drop::default()), run)?.stable())
 }
 
+/// Where the hands of some layers of grasps are.
+fn places(layers: &[(&str, &[GraspRow])], centroid: nalgebra::Vector3<f64>) -> Chart {
+    let points = |rows: &[GraspRow]| rows.iter().map(|row| direction(row, centroid)).collect();
+    let series = layers.iter().enumerate().map(|(number, (name, rows))| {
+        Series::points(points(rows))
+            .named(name)
+            .coloured(theme::series(number))
+    });
+    let panel = Panel::new(
+        "where the hand is, seen from the object",
+        Axis::linear("azimuth (°)"),
+        Axis::linear("height (°)"),
+        series.collect(),
+    );
+    Chart {
+        legend_below: true,
+        ..Chart::new("", vec![panel])
+    }
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let path = PathBuf::from(arguments.next().ok_or("name the file of the set")?);
@@ -94,28 +114,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         .filter(|family| !family.iter().any(|m| of_set[m.0]))
         .count();
 
-    let centroid = energy.object().centroid;
-    let points = |rows: &[GraspRow]| rows.iter().map(|row| direction(row, centroid)).collect();
     let layers = [
         ("given", origin.given.as_slice()),
         ("repaired", repaired),
         ("added", new),
     ];
-    let series = layers.iter().enumerate().map(|(number, (name, rows))| {
-        Series::points(points(rows))
-            .named(name)
-            .coloured(theme::series(number))
-    });
-    let panel = Panel::new(
-        "where the hand is, seen from the object",
-        Axis::linear("azimuth (°)"),
-        Axis::linear("height (°)"),
-        series.collect(),
-    );
-    let chart = Chart {
-        legend_below: true,
-        ..Chart::new("", vec![panel])
-    };
+    let chart = places(&layers, energy.object().centroid);
     let picture = Path::new("figures/repaired_set.png");
     fs::write(picture, chart.draw()?.encode(picture)?)?;
     let text = format!(

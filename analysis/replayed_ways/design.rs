@@ -123,7 +123,9 @@ fn stratified<'a>(files: &'a LandscapeFiles, rng: &mut Rng) -> Vec<&'a EdgeRow> 
         let size = of_barrier.len().div_ceil(CLASSES[1]).max(1);
         classes.extend(of_barrier.chunks(size).map(<[_]>::to_vec));
     }
-    classes.iter_mut().for_each(|class| class.shuffle(rng));
+    for class in &mut classes {
+        class.shuffle(rng);
+    }
     let longest = classes.iter().map(Vec::len).max().unwrap_or(0);
     let turns =
         (0..longest).flat_map(|turn| classes.iter().filter_map(move |class| class.get(turn)));

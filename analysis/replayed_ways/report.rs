@@ -175,12 +175,34 @@ pub(crate) fn write(driven: &[Driven<'_>], folder: &Path) -> Result<(), Failure>
     let [edges, random] = [Kind::Relaxed, Kind::Random].map(of_kind);
     let main = chosen(&edges, |case| case.hold[0]);
     let moving = chosen(&main, Case::must_move);
+    let mut text = tables(driven, &edges, &random, [&main, &moving])?;
+    text += &failures(&moving)?;
+    text += &by_contacts([&main, &moving])?;
+    text.push_str("\n![Success by barrier](replayed_ways.png)\n\n![A success above a failure](replayed_ways_film.png)\n");
+    fs::write(folder.join("replayed_ways.md"), text)?;
+    fs::write(
+        folder.join("replayed_ways.csv"),
+        table(edges.iter().chain(&random)),
+    )?;
+    chart([&main, &moving])
+        .draw()?
+        .save(&folder.join("replayed_ways.png"))?;
+    film(&moving, folder)
+}
+
+/// Ends at rest, success under each condition, the controls, the hypotheses, and success by barrier and length.
+fn tables(
+    driven: &[Driven<'_>],
+    edges: &Cases<'_>,
+    random: &Cases<'_>,
+    [main, moving]: [&Cases<'_>; 2],
+) -> Result<String, Failure> {
     let mut text = "# Are low passes ways that a hand can go?\n\nMade by `cargo run --release --example replayed_ways`; [the design](../docs/decisions/replay.md) \
         was fixed before. Intervals are of 95 %: Wilson's of shares, others by resampling edges within landscapes. *Must move*: the object must move or turn \
         so far in the hand that a hand that does nothing would fail.\n\n## Ends at rest\n\nEdges whose ends both hold, friction 0.6 without gravity.\n\n\
         | landscape | minima | edges | driven | ends hold | of these, must move | succeed | succeed, must move |\n|---|---|---|---|---|---|---|---|\n".to_owned();
     for (set, one) in driven.iter().enumerate() {
-        let of = chosen(&edges, |case| case.set == set);
+        let of = chosen(edges, |case| case.set == set);
         let held = chosen(&of, |case| case.hold[0]);
         let moved = chosen(&held, Case::must_move);
         let succeeds = |cases: &[Case<'_>]| share(cases, |case| case.succeeds[0]);
@@ -199,24 +221,24 @@ pub(crate) fn write(driven: &[Driven<'_>], folder: &Path) -> Result<(), Failure>
     }
     text.push_str("\n## Success of relaxed ways\n\n| friction | gravity out of the palm, m/s² | ends hold | succeed | succeed, must move |\n|---|---|---|---|---|\n");
     for (condition, settings) in Replay::conditions().into_iter().enumerate() {
-        let held = chosen(&edges, |case| case.hold[condition]);
+        let held = chosen(edges, |case| case.hold[condition]);
         let succeeds = |cases: &[Case<'_>]| share(cases, |case| case.succeeds[condition]);
         writeln!(
             text,
             "| {} | {} | {} | {} | {} |",
             settings.friction,
             settings.gravity_m_s2[2],
-            share(&edges, |case| case.hold[condition]),
+            share(edges, |case| case.hold[condition]),
             succeeds(&held),
             succeeds(&chosen(&held, Case::must_move))
         )?;
     }
     text.push_str("\n## Controls\n\nFriction 0.6 without gravity.\n\n| way | succeed | succeed, must move |\n|---|---|---|\n");
-    let held = chosen(&random, |case| case.hold[0]);
+    let held = chosen(random, |case| case.hold[0]);
     let far = chosen(&held, Case::must_move);
     for (name, [all, moved], straight) in [
-        ("relaxed", [&main, &moving], false),
-        ("straight lines of the same edges", [&main, &moving], true),
+        ("relaxed", [main, moving], false),
+        ("straight lines of the same edges", [main, moving], true),
         ("random pairs", [&held, &far], false),
     ] {
         let succeeds = |cases: &Cases<'_>| {
@@ -231,13 +253,13 @@ pub(crate) fn write(driven: &[Driven<'_>], folder: &Path) -> Result<(), Failure>
         writeln!(text, "| {name} | {} | {} |", succeeds(all), succeeds(moved))?;
     }
     for (title, cases) in [
-        ("all ways", &main),
-        ("ways on which the object must move", &moving),
+        ("all ways", main),
+        ("ways on which the object must move", moving),
     ] {
         write!(text, "\n## Hypotheses: {title}\n\n{}", hypotheses(cases))?;
     }
     text.push_str("\n## By barrier and length\n\nSuccess of relaxed ways, by quarters of the barrier and thirds of the length in each.\n\n| barrier up to | short | middle | long |\n|---|---|---|---|\n");
-    for class in classes(&main, BARRIER, 4) {
+    for class in classes(main, BARRIER, 4) {
         let cells: Vec<String> = classes(&class, LENGTH, 3)
             .iter()
             .map(|cell| share(cell, |case| case.succeeds[0]))
@@ -249,7 +271,13 @@ pub(crate) fn write(driven: &[Driven<'_>], folder: &Path) -> Result<(), Failure>
             cells.join(" | ")
         )?;
     }
-    let missed = chosen(&moving, |case| !case.succeeds[0]);
+    Ok(text)
+}
+
+/// How ways fail.
+fn failures(moving: &Cases<'_>) -> Result<String, Failure> {
+    let mut text = String::new();
+    let missed = chosen(moving, |case| !case.succeeds[0]);
     let mut shares: Vec<f64> = numbers(&missed, |case| case.ending.1 / case.numbers[OBJECT_M]);
     shares.sort_by(f64::total_cmp);
     let ended = ["moved", "turned", "released", "overlap", "lost"].map(|name| {
@@ -264,23 +292,28 @@ pub(crate) fn write(driven: &[Driven<'_>], folder: &Path) -> Result<(), Failure>
         ended.join(", "),
         shares.get(shares.len() / 2).copied().unwrap_or(f64::NAN),
     )?;
+    Ok(text)
+}
+
+/// Success by what the contacts do.
+fn by_contacts(cases: [&Cases<'_>; 2]) -> Result<String, Failure> {
+    let mut text = String::new();
     text.push_str(
         "\n## By what the contacts do\n\n| way | succeed | succeed, must move |\n|---|---|---|\n",
     );
     for name in ["sliding", "rolling", "regrasping", "letting go"] {
-        let [all, moved] = [&main, &moving].map(|cases| {
+        let [all, moved] = cases.map(|cases| {
             share(&chosen(cases, |case| case.way == name), |case| {
                 case.succeeds[0]
             })
         });
         writeln!(text, "| {name} | {all} | {moved} |")?;
     }
-    text.push_str("\n![Success by barrier](replayed_ways.png)\n\n![A success above a failure](replayed_ways_film.png)\n");
-    fs::write(folder.join("replayed_ways.md"), text)?;
-    fs::write(
-        folder.join("replayed_ways.csv"),
-        table(edges.iter().chain(&random)),
-    )?;
+    Ok(text)
+}
+
+/// Success against the barrier.
+fn chart([main, moving]: [&Cases<'_>; 2]) -> Chart {
     let line = |name: &str, cases: &Cases<'_>| {
         let point =
             |class: &Cases<'_>| [class[class.len() / 2].numbers[BARRIER], 100.0 * rate(class)];
@@ -292,14 +325,12 @@ pub(crate) fn write(driven: &[Driven<'_>], folder: &Path) -> Result<(), Failure>
         "",
         x,
         y,
-        vec![line("all", &main), line("object must move", &moving)],
+        vec![line("all", main), line("object must move", moving)],
     );
-    let chart = Chart {
+    Chart {
         legend_below: true,
         ..Chart::new("", vec![panel])
-    };
-    chart.draw()?.save(&folder.join("replayed_ways.png"))?;
-    film(&moving, folder)
+    }
 }
 
 /// The tests of the design, each with its threshold.

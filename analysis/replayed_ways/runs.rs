@@ -140,7 +140,7 @@ impl<'a> Driven<'a> {
         let [code, off_m] = [2, 3].map(|place| rows.first().map_or(f64::NAN, |row| row[place]));
         let known = Reason::ALL
             .into_iter()
-            .find(|reason| f64::from(*reason as u8) == code);
+            .find(|reason| (f64::from(*reason as u8) - code).abs() < 0.5);
         (known.map_or("", Reason::name), off_m)
     }
 

@@ -159,7 +159,15 @@ mod tests {
     #[test]
     fn a_third_list_explains_what_two_have_in_common() {
         let z: Vec<f64> = (0..40).map(f64::from).collect();
-        let wave = |period: usize| move |i: usize| if i / period % 2 == 0 { 3.0 } else { -3.0 };
+        let wave = |period: usize| {
+            move |i: usize| {
+                if (i / period).is_multiple_of(2) {
+                    3.0
+                } else {
+                    -3.0
+                }
+            }
+        };
         let moved = |by: &dyn Fn(usize) -> f64| -> Vec<f64> {
             z.iter().enumerate().map(|(i, z)| z + by(i)).collect()
         };

@@ -21,13 +21,13 @@ pub fn wilson(count: f64, of: f64) -> [f64; 2] {
 }
 
 /// The probability that chance alone splits cases at least as unevenly as into `wins` and `losses`: the exact two-sided
-/// sign test, which for two outcomes of the same cases is the exact form of McNemar's test.
+/// sign test, which for two outcomes of the same cases is the exact form of the test of `McNemar`.
 ///
 /// ```text
 /// p = min(1, 2 Σ_{k ≤ min(w, l)} C(n, k)/2ⁿ),   n = w + l
 /// ```
 ///
-/// Q. McNemar, Psychometrika 12, 153 (1947), without cases that do not differ.
+/// Q. `McNemar`, Psychometrika 12, 153 (1947), without cases that do not differ.
 ///
 /// ```
 /// assert!((landscape::agreement::sign_test(1, 9) - 22.0 / 1024.0).abs() < 1e-12);

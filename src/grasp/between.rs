@@ -123,9 +123,12 @@ fn random_joints(hand: &Hand, rng: &mut Rng) -> Vec<f64> {
     let together: bool = rng.random();
     let common: [f64; 2] = std::array::from_fn(|_| rng.random_range(CLOSURES));
     let closures: Vec<[f64; 2]> = (0..hand.digits.len())
-        .map(|_| match together {
-            true => common.map(|closure| closure + TOGETHER * standard_normal(rng)),
-            false => std::array::from_fn(|_| rng.random_range(CLOSURES)),
+        .map(|_| {
+            if together {
+                common.map(|closure| closure + TOGETHER * standard_normal(rng))
+            } else {
+                std::array::from_fn(|_| rng.random_range(CLOSURES))
+            }
         })
         .collect();
     let digit_of = |joint: usize| hand.links[hand.joints[joint].link.0].digit;

@@ -29,6 +29,8 @@ use crate::topography::Phase;
 const ROUND: u64 = 32;
 /// Kinds of starts, which the chains of a round take in turn.
 const KINDS: u64 = 4;
+/// Places far from all contacts at which chains of a round start.
+const FAR: usize = 8;
 /// How far a chain that starts beside a pose is moved first, in distances of the archive.
 const BESIDE: f64 = 4.0;
 /// Greatest number of descents of a chain that is asked for a set of digits which the set lacks.
@@ -336,16 +338,12 @@ impl Search<'_> {
             .met
             .iter_mut()
             .find(|(met, _)| space.within(met, x, reach));
-        match near {
-            Some((_, count)) => {
-                *count += 1;
-                false
-            }
-            None => {
-                self.met.push((x.to_vec(), 1));
-                true
-            }
+        if let Some((_, count)) = near {
+            *count += 1;
+            return false;
         }
+        self.met.push((x.to_vec(), 1));
+        true
     }
 
     /// The ends of the chains of a round.
@@ -365,7 +363,7 @@ impl Search<'_> {
         let unused = unused_sets(hand, object, &poses);
         let unused = Wishes::new(hand, object, &unused);
         let unused = unused.expect("these digits are those of the hand");
-        let far = self.far_places(&poses, round.len() / KINDS as usize + 1);
+        let far = self.far_places(&poses, FAR);
         let of_chain = &self.settings.experiment.synthesis;
         let ends = run.each(
             &run.tally_of_round(Phase::Synthesize, tally, round.len()),

@@ -451,7 +451,7 @@ impl Wish for Served<'_> {
             _ => 1.0,
         };
         let sample = &samples[sample];
-        let start = if plan.by_palm && attempt % 2 == 0 {
+        let start = if plan.by_palm && attempt.is_multiple_of(2) {
             start_facing(hand, &plan.sides, &fit, sample, rng)
         } else {
             start_between(hand, object, &plan.sides, &fit, sample, rng)
@@ -509,8 +509,8 @@ impl Plan {
             let link = group.first().map(|touch| touch.link);
             link.map_or(0, |link| hand.links[link.0].digit)
         };
-        let thumb = |group: &&Vec<ImaginedTouch>| hand.has_thumb() && digit(*group) == 1;
-        let palm = |group: &&Vec<ImaginedTouch>| digit(*group) == 0;
+        let thumb = |group: &&Vec<ImaginedTouch>| hand.has_thumb() && digit(group) == 1;
+        let palm = |group: &&Vec<ImaginedTouch>| digit(group) == 0;
         let thumbs: Vec<_> = touch.iter().filter(thumb).collect();
         let palms: Vec<_> = touch.iter().filter(palm).collect();
         let some =
@@ -520,7 +520,7 @@ impl Plan {
             (_, true) => palms.clone(),
             _ => touch.iter().take(1).collect(),
         };
-        let is_first = |group: &Vec<ImaginedTouch>| first.iter().any(|of| *of == group);
+        let is_first = |group: &Vec<ImaginedTouch>| first.contains(&group);
         // Digits without the palm hold with their ends, so these stand on both sides of the object.
         let by_palm = !palms.is_empty();
         let by_ends = matches!(asked, Asked::Digits(_)) && !by_palm;

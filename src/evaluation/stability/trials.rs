@@ -22,19 +22,12 @@ pub(super) fn withstand(
 ) -> Outcome {
     let mass_kg = test.mass_kg(solid, own_kg);
     let mut world = World::new(solid, mass_kg, [0.0; 3], test.friction, &test.solver);
-    match closed.rule {
-        ClosingRule::None => fix_hand(&mut world, hand, &closed.posed, solid),
-        _ => {
-            let (posed, targets) = (&closed.posed, &closed.targets);
-            add_hand(
-                &mut world,
-                hand,
-                posed,
-                (solid, NEAR_M),
-                targets,
-                &test.closing,
-            );
-        }
+    if closed.rule == ClosingRule::None {
+        fix_hand(&mut world, hand, &closed.posed, solid);
+    } else {
+        let (posed, targets) = (&closed.posed, &closed.targets);
+        let near = (solid, NEAR_M);
+        add_hand(&mut world, hand, posed, near, targets, &test.closing);
     }
     let mut outcome = Outcome {
         closed_by: closed.rule,
