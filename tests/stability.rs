@@ -440,7 +440,7 @@ fn a_posture_at_rest_holds_and_an_open_hand_does_not() {
     let held = [0.0, -0.004];
     let rest = replayed(&[held], |_| ());
     assert_eq!((rest.reason, rest.way_s), (Reason::Held, 0.0));
-    assert!(rest.off_m < 1e-3 && rest.off_rad < 0.02);
+    assert!(rest.off_m < 2e-3 && rest.off_rad < 0.05, "{rest:?}");
     let across = |g: f64| move |settings: &mut Replay| settings.gravity_m_s2 = [0.0, g, 0.0];
     assert_eq!(replayed(&[held], across(9.81)).reason, Reason::Held);
     assert_eq!(replayed(&[held], across(981.0)).reason, Reason::Released);
