@@ -1,4 +1,4 @@
-"""How often Rapier and MuJoCo agree on driven ways: adds a section to figures/replayed_ways.md.
+"""How often Rapier and MuJoCo agree on driven ways, printed for figures/replayed_ways.md.
 
     python analysis/engines/replay.py FOLDER --table figures/replayed_ways.csv --ways 50
 

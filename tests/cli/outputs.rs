@@ -39,6 +39,7 @@ const WRITES: &str = "
     export g.parquet qpos | g.qpos.csv
     export g.parquet isaac_grasp | g.isaac_grasp.yaml
     export g.parquet graspgen | g.graspgen.json
+    export g.landscape roadmap | g.roadmap.json
     export g.parquet dexonomy --grasp 0 -o one.npy | one.npy
     export g.parquet glb --grasp 0 -o one.glb | one.glb
     export g.parquet usd --grasp 0 -o one.usda | one.usda

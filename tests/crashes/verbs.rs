@@ -57,6 +57,7 @@ const VERBS: &str = "
     export qpos | export g.parquet qpos -o g.npy | g.parquet | quick
     export isaac_grasp | export g.parquet isaac_grasp | g.parquet | quick
     export graspgen | export g.parquet graspgen | g.parquet | quick
+    export roadmap | export g.landscape roadmap | g.landscape | slow
     export dexonomy | export few.parquet dexonomy | few.parquet | quick
     export mujoco | export few.parquet mujoco | few.parquet | quick
     export urdf | export few.parquet urdf | few.parquet | quick
