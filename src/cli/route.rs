@@ -38,7 +38,7 @@ Examples:
   landscape route grasps.landscape m3 m17 --drive          how often a simulated hand takes the object along each of them
 
 The lowest way has the lowest highest point of all ways in the landscape. Heights are energies, and a barrier is the height above
-the higher end of an edge. docs/roadmap.md describes how ways are driven, and what a low barrier says of that.";
+the higher end of an edge. docs/roadmap.md describes how ways are driven.";
 
 pub(super) fn run(command: &Route, common: &Common) -> anyhow::Result<()> {
     let files = open_landscape(&command.landscape)?;
