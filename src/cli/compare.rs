@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::args::{Common, FamilyBarrier};
 use super::input::open_landscape;
-use super::output::{check_report, given_or_beside, write_report};
+use super::output::{Report, check_report, given_or_beside, write_report};
 use crate::evaluation::taxonomy::Rule;
 use crate::study::{NamedLandscape, StatisticsSettings, compare_types, compare_with_taxonomy};
 
@@ -46,7 +46,7 @@ pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
     let inputs: Vec<&Path> = (iter::once(folder).chain(&command.other))
         .map(PathBuf::as_path)
         .collect();
-    check_report(&output, &inputs, common.force)?;
+    check_report(&output, &[], &inputs, common.force)?;
     let family_barrier = command.families.checked()?;
     let files = open_landscape(folder)?;
     let landscape = NamedLandscape::of(&files, folder, rule)?;
@@ -54,11 +54,21 @@ pub(super) fn run(command: &Compare, common: &Common) -> anyhow::Result<()> {
         let files = open_landscape(folder)?;
         let other = NamedLandscape::of(&files, folder, rule)?;
         let found = compare_types(&landscape, &other, family_barrier)?;
-        return write_report(Some(&output), (&found.text, &found.value), None, common);
+        let report = Report {
+            text: found.text,
+            value: found.value,
+            chart: None,
+            tables: Vec::new(),
+        };
+        return write_report(Some(&output), report, common);
     }
     let settings = StatisticsSettings::default();
     let found = compare_with_taxonomy(&landscape, &settings, family_barrier, command.seed)?;
-    let chart = found.without_labels().is_none().then(|| found.chart());
-    let (text, value) = (found.markdown(), found.to_json());
-    write_report(Some(&output), (&text, &value), chart, common)
+    let report = Report {
+        text: found.markdown(),
+        value: found.to_json(),
+        chart: found.without_labels().is_none().then(|| found.chart()),
+        tables: Vec::new(),
+    };
+    write_report(Some(&output), report, common)
 }

@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::args::{Common, FamilyBarrier, Lacking};
 use super::input;
-use super::output::{check_report, given_or_beside, write_report};
+use super::output::{Report, check_report, given_or_beside, write_report};
 use super::run::Watch;
 use crate::evaluation::taxonomy::Rule;
 use crate::store::{GraspFile, LandscapeFiles};
@@ -72,7 +72,7 @@ pub(super) fn run(command: &Diversity, common: &Common) -> anyhow::Result<()> {
     command.families.checked()?;
     let output = given_or_beside(command.output.as_ref(), &command.sets[0], "diversity")?;
     let inputs: Vec<&Path> = command.sets.iter().map(PathBuf::as_path).collect();
-    check_report(&output, &inputs, common.force)?;
+    check_report(&output, &[], &inputs, common.force)?;
     let names = input::names(&command.sets);
     let opened = (command.sets.iter())
         .map(|path| Opened::of(command, path, common))
@@ -92,8 +92,13 @@ pub(super) fn run(command: &Diversity, common: &Common) -> anyhow::Result<()> {
         seed: command.seed,
     };
     let found = compare_diversity(&sets, &settings)?;
-    let (text, value) = (found.markdown(), found.to_json());
-    write_report(Some(&output), (&text, &value), Some(found.chart()), common)
+    let report = Report {
+        text: found.markdown(),
+        value: found.to_json(),
+        chart: Some(found.chart()),
+        tables: Vec::new(),
+    };
+    write_report(Some(&output), report, common)
 }
 
 /// What a path holds.

@@ -9,11 +9,11 @@ use clap::{Args, ValueHint};
 use super::args::{Again, Common, within};
 use super::hands::picture_named;
 use super::input;
-use super::output::{check_file, check_report, with_ending, write_report};
-use super::run::{Watch, open_journal, stoppable};
+use super::output::{Report, check_report, write_report};
+use super::run::resumable;
 use crate::limits::CHAINS;
-use crate::store::{FileSet, content_hash};
-use crate::study::{Origin, Run, hand_abilities};
+use crate::store::content_hash;
+use crate::study::{Origin, hand_abilities};
 
 /// Which grasp types a hand can do on some objects.
 #[derive(Debug, Args)]
@@ -68,9 +68,7 @@ pub(super) fn run(command: &HandsCan, common: &Common) -> anyhow::Result<()> {
         .map(Path::new)
         .chain([Path::new(&command.hand)])
         .collect();
-    check_report(&output, &inputs, common.force)?;
-    let table = with_ending(&output, "csv");
-    check_file(&table, &inputs, common.force)?;
+    check_report(&output, &["csv"], &inputs, common.force)?;
     let hand = input::hand(
         &command.hand,
         command.hand_folder.as_deref(),
@@ -99,24 +97,17 @@ pub(super) fn run(command: &HandsCan, common: &Common) -> anyhow::Result<()> {
     }
     let fingerprint = format!("{origins:?} {} {}", command.chains, command.seed);
     let fingerprint = content_hash(&[fingerprint.as_bytes()]);
-    let journal = open_journal(&output, &fingerprint, &command.again, common.quiet)?;
-    let watch = Watch::new(common.quiet);
-    let run = Run {
-        journal: &stoppable(&journal),
-        observer: &|news| watch.see(news),
-        ..Run::default()
+    let (output, quiet) = (output.as_path(), common.quiet);
+    let (found, journal) = resumable(output, &fingerprint, &command.again, quiet, |run| {
+        Ok(hand_abilities(&origins, command.chains, command.seed, run)?)
+    })?;
+    let report = Report {
+        text: found.markdown(),
+        value: found.to_json(),
+        chart: Some(found.chart()),
+        tables: vec![("csv", found.csv())],
     };
-    let found = hand_abilities(&origins, command.chains, command.seed, &run)?;
-    watch.clear();
-    let mut files = FileSet::default();
-    files.add(&table, found.csv().as_bytes())?;
-    files.finish()?;
-    write_report(
-        Some(&output),
-        (&found.markdown(), &found.to_json()),
-        Some(found.chart()),
-        common,
-    )?;
+    write_report(Some(output), report, common)?;
     journal.remove()?;
     Ok(())
 }

@@ -7,11 +7,10 @@ use clap::Args;
 
 use super::args::{Again, Common, Lacking};
 use super::input;
-use super::output::{check_file, check_report, given_or_beside, with_ending, write_report};
-use super::run::{Watch, open_journal, stoppable};
+use super::output::{Report, check_report, given_or_beside, write_report};
+use super::run::resumable;
 use crate::evaluation::stability::{NAMED, NamedProtocol};
-use crate::store::{FileSet, GraspFile};
-use crate::study::Run;
+use crate::store::GraspFile;
 use crate::study::referee::measures::{Measure, Resampling};
 use crate::study::referee::{JudgedSet, RefereeSettings, judge_sets, referee_fingerprint};
 
@@ -99,11 +98,7 @@ pub(super) fn run(command: &Judge, common: &Common) -> anyhow::Result<()> {
     );
     let output = given_or_beside(command.output.as_ref(), &command.sets[0], "judge")?;
     let inputs: Vec<&Path> = command.sets.iter().map(PathBuf::as_path).collect();
-    check_report(&output, &inputs, common.force)?;
-    let tables = ["csv", "grasps.csv"].map(|ending| with_ending(&output, ending));
-    for table in &tables {
-        check_file(table, &inputs, common.force)?;
-    }
+    check_report(&output, &["csv", "grasps.csv"], &inputs, common.force)?;
     let names = input::names(&command.sets);
     let files = command.sets.iter().map(|path| {
         let read = input::read_lacking(path, &command.lacking);
@@ -127,28 +122,21 @@ pub(super) fn run(command: &Judge, common: &Common) -> anyhow::Result<()> {
         },
     };
     let fingerprint = referee_fingerprint(&sets, &settings)?;
-    let journal = open_journal(&output, &fingerprint, &command.again, common.quiet)?;
-    let watch = Watch::new(common.quiet);
-    let run = Run {
-        journal: &stoppable(&journal),
-        observer: &|news| watch.see(news),
-        ..Run::default()
-    };
-    let found = judge_sets(&sets, &settings, &run)?;
-    watch.clear();
-    let mut set = FileSet::default();
+    let (output, quiet) = (output.as_path(), common.quiet);
+    let (found, journal) = resumable(output, &fingerprint, &command.again, quiet, |run| {
+        Ok(judge_sets(&sets, &settings, run)?)
+    })?;
     let files: Vec<&GraspFile> = files.iter().collect();
-    let texts = [found.csv(), found.csv_of_grasps(&files)];
-    for (path, text) in tables.iter().zip(&texts) {
-        set.add(path, text.as_bytes())?;
-    }
-    set.finish()?;
-    write_report(
-        Some(&output),
-        (&found.markdown(), &found.to_json()),
-        Some(found.chart()),
-        common,
-    )?;
+    let report = Report {
+        text: found.markdown(),
+        value: found.to_json(),
+        chart: Some(found.chart()),
+        tables: vec![
+            ("csv", found.csv()),
+            ("grasps.csv", found.csv_of_grasps(&files)),
+        ],
+    };
+    write_report(Some(output), report, common)?;
     journal.remove()?;
     Ok(())
 }

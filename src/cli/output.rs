@@ -62,40 +62,54 @@ pub(super) fn given_or_beside(
     Ok(input.with_extension(ending))
 }
 
-/// Rejects the files of [`write_report`] as [`check_file`] does.
-pub(super) fn check_report(output: &Path, inputs: &[&Path], force: bool) -> anyhow::Result<()> {
-    let mut files = ["svg", "png", "json", "md"]
-        .map(|end| with_ending(output, end))
-        .into_iter();
+/// Rejects the files of [`write_report`] as [`check_file`] does; `tables` are the endings of its tables.
+pub(super) fn check_report(
+    output: &Path,
+    tables: &[&str],
+    inputs: &[&Path],
+    force: bool,
+) -> anyhow::Result<()> {
+    let endings = ["svg", "png", "json", "md"].iter().chain(tables);
+    let mut files = endings.map(|ending| with_ending(output, ending));
     files.try_for_each(|file| check_file(&file, inputs, force))
 }
 
-/// Prints a report, and writes it as text (.md) and JSON, with its chart (.svg, .png), if there is an output.
+/// What a command found, as the files of a report hold it.
+pub(super) struct Report {
+    /// Markdown.
+    pub(super) text: String,
+    pub(super) value: Value,
+    pub(super) chart: Option<Chart>,
+    /// Endings and texts of further files.
+    pub(super) tables: Vec<(&'static str, String)>,
+}
+
+/// Prints a report, and writes it as text (.md) and JSON, with its chart (.svg, .png) and its tables, if there is an output.
 pub(super) fn write_report(
     output: Option<&Path>,
-    (text, value): (&str, &Value),
-    chart: Option<Chart>,
+    report: Report,
     common: &Common,
 ) -> anyhow::Result<()> {
-    let text = shown(text);
+    let text = shown(&report.text);
     if let Some(output) = output {
         let mut files = FileSet::default();
-        if let Some(chart) = chart {
+        for (ending, table) in &report.tables {
+            files.add(&with_ending(output, ending), table.as_bytes())?;
+        }
+        if let Some(chart) = report.chart {
             let sheet = chart.draw()?;
             for path in ["svg", "png"].map(|ending| with_ending(output, ending)) {
                 files.add(&path, &sheet.encode(&path)?)?;
             }
         }
-        files.add(
-            &with_ending(output, "json"),
-            format!("{value:#}\n").as_bytes(),
-        )?;
+        let json = format!("{:#}\n", report.value);
+        files.add(&with_ending(output, "json"), json.as_bytes())?;
         let signed = format!("{text}\n<!-- Made by {MAKER}. -->\n");
         files.add(&with_ending(output, "md"), signed.as_bytes())?;
         files.finish()?;
     }
     let written = output.map(|output| with_ending(output, "md").display().to_string());
-    tell_text(common, (&text, value), written.as_deref())
+    tell_text(common, (&text, &report.value), written.as_deref())
 }
 
 /// Rejects a picture as [`check_file`] does, and (without `--force`) if it shows something else than `source`, which is what

@@ -8,7 +8,7 @@ use anyhow::{Context, bail, ensure};
 use clap::Args;
 
 use super::args::{Common, FamilyBarrier};
-use super::output::{check_report, write_report};
+use super::output::{Report, check_report, write_report};
 use super::run::Watch;
 use super::thermodynamics::check_temperature;
 use crate::printable::numbered;
@@ -95,7 +95,7 @@ pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
         command.pathways
     );
     if let Some(output) = &command.output {
-        check_report(output, &[&command.landscape], common.force)?;
+        check_report(output, &[], &[&command.landscape], common.force)?;
     }
     let mut states = NetworkOfStates::open(&command.landscape, &command.families.settings())?;
     if command.without_faces {
@@ -115,13 +115,13 @@ pub(super) fn run(command: &Rates, common: &Common) -> anyhow::Result<()> {
     let watch = Watch::new(common.quiet);
     let found = Kinetics::new(&states, (&from, &to), &settings, &|news| watch.see(news))?;
     watch.lap("eliminate", 0);
-    let (text, value) = (found.markdown(), found.to_json());
-    write_report(
-        command.output.as_deref(),
-        (&text, &value),
-        Some(found.chart()),
-        common,
-    )
+    let report = Report {
+        text: found.markdown(),
+        value: found.to_json(),
+        chart: Some(found.chart()),
+        tables: Vec::new(),
+    };
+    write_report(command.output.as_deref(), report, common)
 }
 
 /// The places of the minima that the names choose, ascending, each once. Of families and files, those that were left out do not

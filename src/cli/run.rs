@@ -93,6 +93,26 @@ pub(super) fn journal_beside(output: &Path) -> PathBuf {
     path.into()
 }
 
+/// Does `work` with a run that keeps its finished tasks beside the file `output`, and shows its progress unless `quiet`. The
+/// journal is to be removed when the output is written.
+pub(super) fn resumable<T>(
+    output: &Path,
+    fingerprint: &str,
+    again: &Again,
+    quiet: bool,
+    work: impl FnOnce(&Run<'_>) -> anyhow::Result<T>,
+) -> anyhow::Result<(T, Journal)> {
+    let journal = open_journal(output, fingerprint, again, quiet)?;
+    let watch = Watch::new(quiet);
+    let found = work(&Run {
+        journal: &stoppable(&journal),
+        observer: &|news| watch.see(news),
+        ..Run::default()
+    })?;
+    watch.clear();
+    Ok((found, journal))
+}
+
 /// Opens the journal of a run that writes the file `output`.
 pub(super) fn open_journal(
     output: &Path,

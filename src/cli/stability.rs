@@ -11,10 +11,10 @@ use serde_json::{Value, json};
 use super::args::{Again, Common, HandAndObject};
 use super::input;
 use super::output::check_file;
-use super::run::{Watch, open_journal, stoppable};
+use super::run::resumable;
 use crate::cli::printing::{explain_settings, tell_written};
 use crate::evaluation::stability::{NAMED, Protocol, named};
-use crate::study::{Run, Simulation, simulate_all, simulation_fingerprint, tally};
+use crate::study::{Simulation, simulate_all, simulation_fingerprint, tally};
 
 /// Simulate grasps.
 #[derive(Debug, Args)]
@@ -93,19 +93,14 @@ pub(super) fn run(command: &Stability, common: &Common) -> anyhow::Result<()> {
     let inputs = common.provenance.sources()?;
 
     let fingerprint = simulation_fingerprint(&file, &protocol)?;
-    let journal = open_journal(&output, &fingerprint, &command.again, common.quiet)?;
     explain_settings(
         "each grasp is simulated by itself with this protocol",
         &protocol,
     );
-    let watch = Watch::new(common.quiet);
-    let run = Run {
-        journal: &stoppable(&journal),
-        observer: &|news| watch.see(news),
-        ..Run::default()
-    };
-    let found = simulate_all(&file, &protocol, &run)?;
-    watch.clear();
+    let quiet = common.quiet;
+    let (found, journal) = resumable(&output, &fingerprint, &command.again, quiet, |run| {
+        Ok(simulate_all(&file, &protocol, run)?)
+    })?;
     file.metadata.remade_by(&common.provenance.command, inputs);
     found.record(&mut file, &protocol);
     file.write(&output)?;

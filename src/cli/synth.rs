@@ -13,7 +13,7 @@ use super::args::{Again, Common, Lacking, within};
 use super::hands::expense;
 use super::input;
 use super::output::check_file;
-use super::run::{Watch, open_journal, stoppable};
+use super::run::{Watch, resumable};
 use crate::cli::printing::{complain, explain_settings, print, print_json};
 use crate::cli::text::text;
 use crate::evaluation::Diversity;
@@ -23,8 +23,8 @@ use crate::limits::{CHAINS, PERTURBATION, SHARE, STEPS};
 use crate::printable::counted;
 use crate::store::{GraspFile, LandscapeFiles, Metadata, content_hash};
 use crate::study::{
-    Added, Archive, Asked, Experiment, Keep, Origin, PopulationSettings, Run, Synthesis,
-    doubted_size, simulate_sample, synthesize_beyond, synthesize_population, tally,
+    Added, Archive, Asked, Experiment, Keep, Origin, PopulationSettings, Synthesis, doubted_size,
+    simulate_sample, synthesize_beyond, synthesize_population, tally,
 };
 
 /// Synthesize grasps.
@@ -204,24 +204,20 @@ pub(super) fn run(command: &Synth, common: &Common) -> anyhow::Result<()> {
         let archive = archive.fingerprint();
         fingerprint = content_hash(&[fingerprint.as_bytes(), archive.as_bytes()]);
     }
-    let journal = open_journal(&command.output, &fingerprint, &command.again, common.quiet)?;
-    let (started, watch) = (Instant::now(), Watch::new(common.quiet));
-    let run = Run {
-        journal: &stoppable(&journal),
-        observer: &|news| watch.see(news),
-        ..Run::default()
-    };
-    let (found, added) = match &archive {
-        None => (
-            synthesize_population(&energy, &origin, &settings, &run)?,
-            None,
-        ),
-        Some(archive) => {
-            let (found, added) = synthesize_beyond(&energy, &origin, &settings, archive, &run)?;
-            (found, Some(added))
-        }
-    };
-    watch.clear();
+    let (started, quiet) = (Instant::now(), common.quiet);
+    let (output, again) = (&command.output, &command.again);
+    let ((found, added), journal) = resumable(output, &fingerprint, again, quiet, |run| {
+        Ok(match &archive {
+            None => (
+                synthesize_population(&energy, &origin, &settings, run)?,
+                None,
+            ),
+            Some(archive) => {
+                let (found, added) = synthesize_beyond(&energy, &origin, &settings, archive, run)?;
+                (found, Some(added))
+            }
+        })
+    })?;
     let seconds = started.elapsed().as_secs_f64();
     let mut told = value(&found, seconds);
     told["beyond"] = added.as_ref().map_or(Value::Null, added_value);

@@ -12,7 +12,7 @@ use crate::limits::{GRASP_POSITION, OBJECT_SCALE};
 /// Largest accepted excess of a joint beyond its limit, radians. Published grasps exceed limits by up to 0.58 rad
 /// (`DexGraspNet`, whose limits are also terms of the energy). Angles in degrees and lengths in millimetres exceed them by
 /// more.
-const LIMIT_TOLERANCE_RAD: f64 = 1.0;
+pub(crate) const LIMIT_TOLERANCE_RAD: f64 = 1.0;
 /// Excess that is explained by rounding to 32 bits and needs no warning, radians.
 const ROUNDING_RAD: f64 = 1e-6;
 /// Quaternions that are farther than this from unit length are refused. Smaller deviations come from 32-bit or printed

@@ -36,6 +36,7 @@ mod table;
 
 pub use atomic::{AtomicFolder, FileSet, JOURNAL, write_atomic};
 pub use attempts::{read_attempts, write_attempts};
+pub(crate) use check::LIMIT_TOLERANCE_RAD;
 pub use error::{Fault, StoreError, Warning};
 pub use grasps::{GraspFile, GraspRow};
 pub use join::{JoinError, JoinedFile};

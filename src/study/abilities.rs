@@ -7,13 +7,12 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::markdown::table;
-use super::synthesis::{judged, objection, one_chain};
+use super::synthesis::{objection, usual_chains};
 use super::{Asked, Origin, PopulationSettings, Run, StudyError, WishError, json, simulate_all};
 use crate::evaluation::stability::{Drop, Protocol};
 use crate::evaluation::taxonomy::Taxonomy;
 use crate::figure::chart::{Axis, Chart, Mark, Panel, Series};
 use crate::figure::{text_width, theme};
-use crate::grasp::synthesis::Wish;
 use crate::hand::Hand;
 use crate::store::{GraspFile, GraspRow, RebuildError};
 use crate::topography::Phase;
@@ -110,18 +109,10 @@ fn on_object(
     let energy = origin.energy(settings)?;
     let wishes = settings.wishes(&energy)?;
     let numbers: Vec<u64> = (0..settings.chains).collect();
-    let of_chain = &settings.experiment.synthesis;
-    let ends = run.each(
-        &run.tally_of_round(Phase::Synthesize, (place, objects), numbers.len()),
-        &numbers,
-        |chain| format!("object {place} chain {chain}"),
-        |chain| {
-            let served = wishes.of_chain(*chain);
-            let wish = served.as_ref().map(|served| served as &dyn Wish);
-            one_chain(&energy, of_chain, [settings.seed, *chain], None, wish)
-        },
-    )?;
-    let ends = judged(&energy, ends);
+    let tally = run.tally_of_round(Phase::Synthesize, (place, objects), numbers.len());
+    let before = format!("object {place} ");
+    let tasks = (numbers.as_slice(), &tally, before.as_str());
+    let ends = usual_chains(&energy, origin, settings, &wishes, tasks, run)?;
     let granted: Vec<bool> = (ends.par_iter())
         .map(|(end, judgement)| {
             objection(wishes.of_chain(end.chain), end, judgement, settings).is_none()

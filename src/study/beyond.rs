@@ -7,7 +7,7 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use super::synthesis::{
-    Origin, PopulationSettings, Synthesis, judged, objection, one_chain, outcomes,
+    Origin, PopulationSettings, Synthesis, judged, objection, one_chain, outcomes, usual_chains,
 };
 use super::wish::{Asked, Served, Wishes};
 use super::{JournalError, Run, StudyError, tally};
@@ -208,20 +208,11 @@ pub fn synthesize_beyond(
     let wishes = wishes.expect("wishes were understood before");
     let given = origin.given.len() as u64;
     let numbers: Vec<u64> = (0..given).collect();
-    let of_chain = &settings.experiment.synthesis;
-    let ends = run.each(
-        &run.tally(Phase::Synthesize, numbers.len()),
-        &numbers,
-        |chain| format!("chain {chain}"),
-        |chain| {
-            let given = origin.given(*chain).map(|row| Given {
-                x: &row.grasp.pose,
-                displacement_m: settings.displacement_m,
-            });
-            one_chain(energy, of_chain, [settings.seed, *chain], given, None)
-        },
-    )?;
-    let mut chains = judged(energy, ends);
+    let tally = run.tally(Phase::Synthesize, numbers.len());
+    let none = Wishes::new(energy.hand(), energy.object(), &[]);
+    let none = none.expect("nothing is asked for");
+    let tasks = (numbers.as_slice(), &tally, "");
+    let mut chains = usual_chains(energy, origin, settings, &none, tasks, run)?;
     let mut grasps: Vec<GraspRow> = (chains.iter())
         .filter(|(end, judgement)| objection(None, end, judgement, settings).is_none())
         .map(|(end, judgement)| origin.row(energy, settings.seed, end, judgement))

@@ -15,10 +15,10 @@ use crate::hand::HandFiles;
 use crate::object::{Object, ObjectParts};
 use crate::optimize::QuenchSettings;
 use crate::store::{
-    GraspRow, HandMetadata, Metadata, ObjectMetadata, Population, RebuildError, SCHEMA_VERSION,
-    content_hash,
+    GraspRow, HandMetadata, LIMIT_TOLERANCE_RAD, Metadata, ObjectMetadata, Population,
+    RebuildError, SCHEMA_VERSION, content_hash,
 };
-use crate::topography::Phase;
+use crate::topography::{Phase, Tally};
 
 /// What grasps are made of: a hand, an object, and possibly grasps to start from.
 #[derive(Debug, Clone, PartialEq)]
@@ -270,22 +270,9 @@ pub fn synthesize_population(
     let wishes = settings.wishes(energy);
     let wishes = wishes.expect("wishes were understood before");
     let numbers: Vec<u64> = (0..settings.chains).collect();
-    let ends = run.each(
-        &run.tally(Phase::Synthesize, numbers.len()),
-        &numbers,
-        |chain| format!("chain {chain}"),
-        |chain| {
-            let given = origin.given(*chain).map(|row| Given {
-                x: &row.grasp.pose,
-                displacement_m: settings.displacement_m,
-            });
-            let served = wishes.of_chain(*chain);
-            let wish = served.as_ref().map(|served| served as &dyn Wish);
-            let of_chain = &settings.experiment.synthesis;
-            one_chain(energy, of_chain, [settings.seed, *chain], given, wish)
-        },
-    )?;
-    let chains = judged(energy, ends);
+    let tally = run.tally(Phase::Synthesize, numbers.len());
+    let tasks = (numbers.as_slice(), &tally, "");
+    let chains = usual_chains(energy, origin, settings, &wishes, tasks, run)?;
     let objections: Vec<Option<String>> = (chains.par_iter())
         .map(|(end, judgement)| objection(wishes.of_chain(end.chain), end, judgement, settings))
         .collect();
@@ -313,6 +300,30 @@ pub fn synthesize_population(
     })
 }
 
+/// Runs chains from the given grasps, if there are some, and for the wishes in turn, if there are some, and judges their ends.
+/// `tasks` are the numbers of the chains, the tally that shows them, and what stands before their keys in the journal.
+pub(super) fn usual_chains(
+    energy: &GraspEnergy,
+    origin: &Origin,
+    settings: &PopulationSettings,
+    wishes: &Wishes<'_>,
+    (numbers, tally, before): (&[u64], &Tally<'_>, &str),
+    run: &Run<'_>,
+) -> Result<Vec<(Synthesized, Judgement)>, JournalError> {
+    let key = |chain: &u64| format!("{before}chain {chain}");
+    let ends = run.each(tally, numbers, key, |chain| {
+        let given = origin.given(*chain).map(|row| Given {
+            x: &row.grasp.pose,
+            displacement_m: settings.displacement_m,
+        });
+        let served = wishes.of_chain(*chain);
+        let wish = served.as_ref().map(|served| served as &dyn Wish);
+        let of_chain = &settings.experiment.synthesis;
+        one_chain(energy, of_chain, [settings.seed, *chain], given, wish)
+    })?;
+    Ok(judged(energy, ends))
+}
+
 /// Judges the ends of chains.
 pub(super) fn judged(
     energy: &GraspEnergy,
@@ -335,6 +346,10 @@ pub(super) fn objection(
     if !settings.keep.keeps(judgement) {
         let reason = judgement.strict_objection();
         return Some(reason.unwrap_or("fails the published filter").to_owned());
+    }
+    // Such ends of descents that found nothing are kept by no filter but "all".
+    if judgement.joint_excess > LIMIT_TOLERANCE_RAD {
+        return Some("has joints farther beyond their limits than files of grasps hold".to_owned());
     }
     served?.objection(&end.refined.pose)
 }
@@ -372,5 +387,40 @@ pub(super) fn one_chain(
         }
         (Some(given), None) => synthesize_from(energy, of_chain, &descent, seed, chain, &given),
         (None, None) => synthesize(energy, of_chain, &descent, seed, chain),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grasp::Grasp;
+
+    /// Writing refuses joints that are far beyond their limits, so that no end with such joints is kept.
+    #[test]
+    fn no_filter_keeps_joints_that_no_file_holds() {
+        let settings = PopulationSettings {
+            keep: Keep::All,
+            ..PopulationSettings::default()
+        };
+        let origin = Origin::named("human", "ball").unwrap();
+        let energy = origin.energy(&settings).unwrap();
+        let objection_to = |excess: f64| {
+            let mut x = energy.hand().rest_coordinates();
+            let last = x.len() - 1;
+            x[last] = energy.hand().joints.last().unwrap().limits[1] + excess;
+            let refined = Grasp::best(&energy, x);
+            let judgement = judge(&energy, &refined);
+            let end = Synthesized {
+                chain: 0,
+                raw: refined.clone(),
+                refined,
+                energy: 0.0,
+                steps: 1,
+                evaluations: 1,
+            };
+            objection(None, &end, &judgement, &settings)
+        };
+        assert_eq!(objection_to(0.9), None);
+        assert!(objection_to(1.1).is_some());
     }
 }

@@ -14,6 +14,7 @@ use crate::evaluation::{TOUCHING_M, contact_regions};
 use crate::grasp::GraspEnergy;
 use crate::grasp::between::{Opposed, Place, start_between, start_facing};
 use crate::grasp::grip::{Parts, Side};
+use crate::grasp::start::start_pose_facing;
 use crate::grasp::synthesis::Wish;
 use crate::hand::{Hand, LinkId, PosedHand, volar_directions};
 use crate::object::Object;
@@ -23,6 +24,9 @@ use crate::sample::Rng;
 const PALMAR: f64 = 0.5;
 /// Fraction of the attempts at a set of digits without the palm in which only the last links take part.
 const TIPS: f64 = 0.6;
+/// Ways in which attempts at a type begin, in turn: in a posture of the type with the links that it needs, in such a posture with
+/// all links of its digits, and with the straight hand and all links of its digits. No way is best for all types.
+const WAYS: usize = 3;
 
 /// What a chain of a population is asked for.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -231,8 +235,8 @@ pub struct Wishes<'a> {
 struct Plan {
     entry: Option<&'static GraspType>,
     parts: Parts,
-    /// The parts where only the last links take part.
-    tips: Option<Parts>,
+    /// Fewer parts, with which some attempts are made.
+    narrow: Option<Parts>,
     sides: Opposed,
     touch: Vec<ImaginedTouch>,
     by_palm: bool,
@@ -430,10 +434,15 @@ impl Wish for Served<'_> {
         attempt: u32,
         rng: &mut Rng,
     ) -> (Vec<f64>, Parts) {
-        let plan = &self.plans[attempt as usize % self.plans.len()];
+        let (way, turn) = (attempt as usize % WAYS, attempt as usize / WAYS);
+        let plan = &self.plans[turn % self.plans.len()];
         let (hand, object) = (energy.hand(), energy.object());
-        let parts = match &plan.tips {
-            Some(tips) if rng.random::<f64>() < TIPS => tips,
+        let is_narrow = match plan.entry {
+            Some(_) => way == 0,
+            None => rng.random::<f64>() < TIPS,
+        };
+        let parts = match &plan.narrow {
+            Some(narrow) if is_narrow => narrow,
             _ => &plan.parts,
         };
         // The first attempts of the chains that serve this wish are spread evenly over the object.
@@ -451,7 +460,9 @@ impl Wish for Served<'_> {
             _ => 1.0,
         };
         let sample = &samples[sample];
-        let start = if plan.by_palm && attempt.is_multiple_of(2) {
+        let start = if plan.entry.is_some() && way == WAYS - 1 {
+            start_pose_facing(hand, sample, rng)
+        } else if plan.by_palm && attempt.is_multiple_of(2) {
             start_facing(hand, &plan.sides, &fit, sample, rng)
         } else {
             start_between(hand, object, &plan.sides, &fit, sample, rng)
@@ -481,8 +492,8 @@ impl Plan {
         let touch = touch(&mut expected.all());
         (!sides.first.is_empty() && !sides.second.is_empty()).then(|| Self {
             entry: Some(entry),
-            parts: parts(hand, &touch),
-            tips: None,
+            parts: parts(hand, &touch, true),
+            narrow: Some(parts(hand, &touch, false)),
             by_palm: entry.opposition == Opposition::Palm,
             sides,
             touch,
@@ -543,8 +554,8 @@ impl Plan {
         }
         Ok(vec![Self {
             entry: None,
-            parts: parts(hand, &all),
-            tips: by_ends.then(|| parts(hand, &last)),
+            parts: parts(hand, &all, false),
+            narrow: by_ends.then(|| parts(hand, &last, false)),
             by_palm,
             sides,
             touch: all,
@@ -561,9 +572,13 @@ fn places(touch: &[ImaginedTouch]) -> Vec<Place> {
     touch.iter().map(place).collect()
 }
 
-/// The links that touch, with their palmar sides or, where another part of them touches, the side of that.
-fn parts(hand: &Hand, touch: &[ImaginedTouch]) -> Parts {
+/// The links that touch, with their palmar sides or, where another part of them touches, the side of that. If `wide`, the other
+/// links of the same digits as well, with their palmar sides.
+fn parts(hand: &Hand, touch: &[ImaginedTouch], wide: bool) -> Parts {
     let volar = volar_directions(hand);
+    let digits: BTreeSet<usize> = (touch.iter())
+        .map(|touch| hand.links[touch.link.0].digit)
+        .collect();
     Parts::new(hand, |link| {
         let own = touch.iter().filter(|touch| touch.link == link);
         let normal: Vector3<f64> = own.map(|touch| touch.normal).sum();
@@ -571,7 +586,7 @@ fn parts(hand: &Hand, touch: &[ImaginedTouch]) -> Parts {
         match normal {
             Some(normal) if !is_palmar(&volar, link, &normal) => Some(Side::Toward(normal)),
             Some(_) => Some(Side::Palmar),
-            None => None,
+            None => (wide && digits.contains(&hand.links[link.0].digit)).then_some(Side::Palmar),
         }
     })
 }
@@ -646,7 +661,7 @@ mod tests {
         let ball = Object::named("ball").unwrap();
         let wishes = Wishes::new(&hand, &ball, &[Asked::Type(9), Asked::Type(16)]).unwrap();
         let taken = |place: usize| -> Vec<(&str, Side)> {
-            let parts = &wishes.served[place].1[0].parts;
+            let parts = wishes.served[place].1[0].narrow.as_ref().unwrap();
             let links = (0..hand.links.len()).map(LinkId);
             links
                 .filter_map(|link| Some((hand.links[link.0].name.as_str(), parts.side(link)?)))

@@ -44,7 +44,7 @@ const WRITES: &str = "
     export g.parquet glb --grasp 0 -o one.glb | one.glb
     export g.parquet usd --grasp 0 -o one.usda | one.usda
     hands inspect gripper_three_finger | gripper_three_finger.png
-    hands can human pen -n 1 | human.can.md | human.can.csv | human.can.json | human.can.png | human.can.svg
+    hands can human pen -n 1 | human.can.csv | human.can.md | human.can.json | human.can.png | human.can.svg
     objects inspect box.obj | box.png
     objects inspect box.obj --side-file s.json | box.png
     objects inspect box.obj -o other | other.png
