@@ -13,7 +13,7 @@ use super::output::{Report, check_report, write_report};
 use super::run::resumable;
 use crate::limits::CHAINS;
 use crate::store::content_hash;
-use crate::study::{Origin, hand_abilities};
+use crate::study::{Origin, hand_abilities, possible_types};
 
 /// Which grasp types a hand can do on some objects.
 #[derive(Debug, Args)]
@@ -95,6 +95,7 @@ pub(super) fn run(command: &HandsCan, common: &Common) -> anyhow::Result<()> {
     if !common.quiet {
         input::warn(&notes);
     }
+    possible_types(&origins[0])?;
     let fingerprint = format!("{origins:?} {} {}", command.chains, command.seed);
     let fingerprint = content_hash(&[fingerprint.as_bytes()]);
     let (output, quiet) = (output.as_path(), common.quiet);

@@ -13,7 +13,6 @@ use crate::evaluation::stability::{Drop, Protocol};
 use crate::evaluation::taxonomy::Taxonomy;
 use crate::figure::chart::{Axis, Chart, Mark, Panel, Series};
 use crate::figure::{text_width, theme};
-use crate::hand::Hand;
 use crate::store::{GraspFile, GraspRow, RebuildError};
 use crate::topography::Phase;
 
@@ -48,16 +47,16 @@ pub struct Abilities {
     pub abilities: Vec<Ability>,
 }
 
-/// The grasp types that `hand` has the digits for, and the names of the others.
+/// The grasp types that the hand of an origin has the digits for, and the names of the others.
 ///
 /// # Errors
-/// If the hand is not built like a human one, so that types are not defined for it.
-fn possible(hand: &Hand, origin: &Origin) -> Result<(Vec<Asked>, Vec<String>), StudyError> {
-    let object = origin.object.build(origin.scale)?;
+/// If the hand is not built like a human one, so that types are not defined for it, or hand or object cannot be built.
+pub fn possible_types(origin: &Origin) -> Result<(Vec<Asked>, Vec<String>), StudyError> {
+    let (hand, object) = (origin.hand.build()?, origin.object.build(origin.scale)?);
     let (mut asked, mut impossible) = (Vec::new(), Vec::new());
     for entry in &Taxonomy::feix().types {
         let wish = Asked::Type(entry.number);
-        match super::Wishes::new(hand, &object, std::slice::from_ref(&wish)) {
+        match super::Wishes::new(&hand, &object, std::slice::from_ref(&wish)) {
             Ok(_) => asked.push(wish),
             Err(WishError::Digit { .. }) => impossible.push(entry.name.clone()),
             Err(error) => return Err(error.into()),
@@ -88,8 +87,7 @@ pub fn hand_abilities(
             seed,
             ..PopulationSettings::default()
         };
-        let energy = origin.energy(&settings)?;
-        (settings.asked, abilities.impossible) = possible(energy.hand(), origin)?;
+        (settings.asked, abilities.impossible) = possible_types(origin)?;
         settings.chains = chains * settings.asked.len() as u64;
         let found = on_object(place, origins.len(), origin, &settings, run)?;
         abilities.abilities.extend(found);

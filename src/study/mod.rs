@@ -149,7 +149,7 @@ use std::path::Path;
 use serde::Serialize;
 use serde_json::Value;
 
-pub use abilities::{Abilities, Ability, hand_abilities};
+pub use abilities::{Abilities, Ability, hand_abilities, possible_types};
 pub use beyond::{Added, Archive, synthesize_beyond};
 pub use build::{GraspLandscape, Growth, grow_population, map_population};
 pub use chain_choice::ChainChoice;
