@@ -201,3 +201,8 @@ def test_grasps_are_asked_for(hand, tmp_path):
     assert "--beyond pinches.parquet --apart 8" in more.metadata["command"]
     with pytest.raises(ls.InputError, match="33 grasp types"):
         ls.synthesize(hand, pen, 1, types=["Tip Punch"])
+    # All given grasps are minima already, and stay; the others come after them.
+    filled = found.refine(8, beyond=found, keep="all")
+    assert "--from pinches.parquet --beyond pinches.parquet" in filled.metadata["command"]
+    assert len(filled) > len(found)
+    assert len(found.refine(perturb_mm=2, keep="all")) == len(found)

@@ -8,6 +8,7 @@ use serde_json::Value;
 
 use super::markdown::table;
 use super::synthesis::{objection, usual_chains};
+use super::wish::Wishes;
 use super::{Asked, Origin, PopulationSettings, Run, StudyError, WishError, json, simulate_all};
 use crate::evaluation::stability::{Drop, Protocol};
 use crate::evaluation::taxonomy::Taxonomy;
@@ -53,10 +54,11 @@ pub struct Abilities {
 /// If the hand is not built like a human one, so that types are not defined for it, or hand or object cannot be built.
 pub fn possible_types(origin: &Origin) -> Result<(Vec<Asked>, Vec<String>), StudyError> {
     let (hand, object) = (origin.hand.build()?, origin.object.build(origin.scale)?);
+    let wishes = Wishes::none(&hand, &object);
     let (mut asked, mut impossible) = (Vec::new(), Vec::new());
     for entry in &Taxonomy::feix().types {
         let wish = Asked::Type(entry.number);
-        match super::Wishes::new(&hand, &object, std::slice::from_ref(&wish)) {
+        match wishes.planned(&wish) {
             Ok(_) => asked.push(wish),
             Err(WishError::Digit { .. }) => impossible.push(entry.name.clone()),
             Err(error) => return Err(error.into()),

@@ -209,8 +209,7 @@ pub fn synthesize_beyond(
     let given = origin.given.len() as u64;
     let numbers: Vec<u64> = (0..given).collect();
     let tally = run.tally(Phase::Synthesize, numbers.len());
-    let none = Wishes::new(energy.hand(), energy.object(), &[]);
-    let none = none.expect("nothing is asked for");
+    let none = Wishes::none(energy.hand(), energy.object());
     let tasks = (numbers.as_slice(), &tally, "");
     let mut chains = usual_chains(energy, origin, settings, &none, tasks, run)?;
     let mut grasps: Vec<GraspRow> = (chains.iter())
@@ -352,8 +351,8 @@ impl Search<'_> {
             .chain(self.met.iter().map(|(met, _)| met.as_slice()))
             .collect();
         let unused = unused_sets(hand, object, &poses);
-        let unused = Wishes::new(hand, object, &unused);
-        let unused = unused.expect("these digits are those of the hand");
+        // A digit may have no point that may touch.
+        let unused = Wishes::possible(hand, object, &unused);
         let far = self.far_places(&poses, FAR);
         let of_chain = &self.settings.experiment.synthesis;
         let ends = run.each(

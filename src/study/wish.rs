@@ -226,13 +226,13 @@ pub struct Wishes<'a> {
     object: &'a Object,
     labeller: Labeller<'a>,
     names: HandNames,
-    anatomy: Option<Anatomy>,
+    anatomy: Result<Anatomy, Unlike>,
     served: Vec<(Asked, Vec<Plan>)>,
 }
 
 /// How a wish is tried: what takes part, the two sides that oppose, and what touches.
 #[derive(Debug, Clone)]
-struct Plan {
+pub(super) struct Plan {
     entry: Option<&'static GraspType>,
     parts: Parts,
     /// Fewer parts, with which some attempts are made.
@@ -243,81 +243,101 @@ struct Plan {
 }
 
 impl<'a> Wishes<'a> {
+    /// No wish for the hand of an energy on its object.
+    pub fn none(hand: &'a Hand, object: &'a Object) -> Self {
+        Self {
+            hand,
+            object,
+            labeller: Labeller::new(hand, object, Rule::standard()),
+            served: Vec::new(),
+            names: HandNames::of(hand),
+            anatomy: Anatomy::of(hand),
+        }
+    }
+
     /// Prepares wishes for the hand of an energy on its object.
     ///
     /// # Errors
     /// If a wish makes no sense for the hand.
     pub fn new(hand: &'a Hand, object: &'a Object, asked: &[Asked]) -> Result<Self, WishError> {
-        let anatomy = Anatomy::of(hand);
-        let names = HandNames::of(hand);
-        let served = asked.iter().map(|asked| {
-            let plans = match asked {
-                Asked::Type(_) | Asked::Cell(_) => {
-                    let anatomy = anatomy.as_ref().map_err(|why| WishError::Hand {
-                        wish: asked.name(),
-                        hand: hand.name.clone(),
-                        why: *why,
-                    })?;
-                    let plans: Vec<Plan> = (asked.types().into_iter())
-                        .filter(|entry| Rule::standard().can_be_done(anatomy, entry))
-                        .filter_map(|entry| Plan::of_type(hand, anatomy, entry))
-                        .collect();
-                    plans
-                }
-                Asked::Digits(digits) => {
-                    let groups = digits.iter().map(|name| {
-                        let own = names.digit(name).ok_or_else(|| WishError::Name {
-                            name: name.clone(),
-                            hand: hand.name.clone(),
-                            kind: "digit",
-                            known: names.digit_names(),
-                        })?;
-                        let digit = hand.digits.iter().position(|known| known == own);
-                        Ok(palmar_points(hand, digit.unwrap_or_default()))
-                    });
-                    Plan::of_groups(hand, asked, groups.collect::<Result<Vec<_>, WishError>>()?)?
-                }
-                Asked::Regions(regions) => {
-                    let groups = regions.iter().map(|name| {
-                        let points = names.points(name);
-                        if points.is_empty() {
-                            return Err(WishError::Name {
-                                name: name.clone(),
-                                hand: hand.name.clone(),
-                                kind: "region",
-                                known: names.region_names(),
-                            });
-                        }
-                        Ok(points)
-                    });
-                    Plan::of_groups(hand, asked, groups.collect::<Result<Vec<_>, WishError>>()?)?
-                }
-            };
-            if plans.is_empty() {
-                return Err(WishError::Digit {
+        let mut wishes = Self::none(hand, object);
+        let planned = asked.iter().map(|asked| wishes.planned(asked));
+        wishes.served = planned.collect::<Result<_, _>>()?;
+        Ok(wishes)
+    }
+
+    /// Like [`Wishes::new`], without the wishes that make no sense for the hand.
+    pub(super) fn possible(hand: &'a Hand, object: &'a Object, asked: &[Asked]) -> Self {
+        let mut wishes = Self::none(hand, object);
+        let planned = asked.iter().filter_map(|asked| wishes.planned(asked).ok());
+        wishes.served = planned.collect();
+        wishes
+    }
+
+    /// A wish and how it is tried.
+    ///
+    /// # Errors
+    /// If it makes no sense for the hand.
+    pub(super) fn planned(&self, asked: &Asked) -> Result<(Asked, Vec<Plan>), WishError> {
+        let (hand, names) = (self.hand, &self.names);
+        let plans = match asked {
+            Asked::Type(_) | Asked::Cell(_) => {
+                let anatomy = self.anatomy.as_ref().map_err(|why| WishError::Hand {
                     wish: asked.name(),
                     hand: hand.name.clone(),
-                });
+                    why: *why,
+                })?;
+                let plans: Vec<Plan> = (asked.types().into_iter())
+                    .filter(|entry| Rule::standard().can_be_done(anatomy, entry))
+                    .filter_map(|entry| Plan::of_type(hand, anatomy, entry))
+                    .collect();
+                plans
             }
-            // Digits go by their names in the file of the hand from here on.
-            let asked = match asked {
-                Asked::Digits(digits) => Asked::Digits(
-                    (digits.iter())
-                        .filter_map(|name| names.digit(name).map(str::to_owned))
-                        .collect(),
-                ),
-                other => other.clone(),
-            };
-            Ok((asked, plans))
-        });
-        Ok(Self {
-            hand,
-            object,
-            labeller: Labeller::new(hand, object, Rule::standard()),
-            served: served.collect::<Result<_, _>>()?,
-            names,
-            anatomy: anatomy.ok(),
-        })
+            Asked::Digits(digits) => {
+                let groups = digits.iter().map(|name| {
+                    let own = names.digit(name).ok_or_else(|| WishError::Name {
+                        name: name.clone(),
+                        hand: hand.name.clone(),
+                        kind: "digit",
+                        known: names.digit_names(),
+                    })?;
+                    let digit = hand.digits.iter().position(|known| known == own);
+                    Ok(palmar_points(hand, digit.unwrap_or_default()))
+                });
+                Plan::of_groups(hand, asked, groups.collect::<Result<Vec<_>, WishError>>()?)?
+            }
+            Asked::Regions(regions) => {
+                let groups = regions.iter().map(|name| {
+                    let points = names.points(name);
+                    if points.is_empty() {
+                        return Err(WishError::Name {
+                            name: name.clone(),
+                            hand: hand.name.clone(),
+                            kind: "region",
+                            known: names.region_names(),
+                        });
+                    }
+                    Ok(points)
+                });
+                Plan::of_groups(hand, asked, groups.collect::<Result<Vec<_>, WishError>>()?)?
+            }
+        };
+        if plans.is_empty() {
+            return Err(WishError::Digit {
+                wish: asked.name(),
+                hand: hand.name.clone(),
+            });
+        }
+        // Digits go by their names in the file of the hand from here on.
+        let asked = match asked {
+            Asked::Digits(digits) => Asked::Digits(
+                (digits.iter())
+                    .filter_map(|name| names.digit(name).map(str::to_owned))
+                    .collect(),
+            ),
+            other => other.clone(),
+        };
+        Ok((asked, plans))
     }
 
     /// Number of wishes.
@@ -454,7 +474,7 @@ impl Wish for Served<'_> {
             _ => rng.random_range(0..samples.len()),
         };
         let fit = |posed: &PosedHand| match (plan.entry, &self.wishes.anatomy) {
-            (Some(entry), Some(anatomy)) => {
+            (Some(entry), Ok(anatomy)) => {
                 Rule::standard().imagined_fit(entry, anatomy, posed, &plan.touch)
             }
             _ => 1.0,

@@ -596,6 +596,41 @@ class Grasps:
         found = {row["id"]: row for row in columns}
         return _columns([found[id] for id in self.id])
 
+    def refine(
+        self, n: int | None = None, *, perturb_mm: float | None = None, beyond: StrPath | Grasps | None = None,
+        apart_mm: float | None = None, chance: float | None = None, seed: int = 0, keep: Keep = "strict",
+        out: StrPath | None = None, force: bool = False, progress: bool | None = None,
+    ) -> Grasps:
+        """The minima to which descents from these grasps lead: the same bytes as ``landscape synth --from``.
+
+        Parameters
+        ----------
+        n
+            Number of chains; by default one for each grasp, and with ``beyond`` at most 256 more.
+        perturb_mm
+            How far each grasp is moved in a random direction first: root mean square movement of the hand's surface.
+        beyond
+            Grasps, or the path of a file or a landscape. Further chains look for grasps that it lacks, and these are added.
+        apart_mm, chance, seed, keep, out, force, progress
+            As in :func:`synthesize`.
+
+        Raises
+        ------
+        InputError
+            If an argument is wrong, these are not grasps of one hand on one object, or no chain passed the filter.
+        KeyboardInterrupt
+            On Ctrl-C, within a second.
+        """
+        folder = None if out is not None else Folder()
+        target = Path(out) if folder is None else folder / "grasps.parquet"  # type: ignore[arg-type]
+        words = flags(
+            from_=self._file(), chains=whole_or_none("n", n), perturb=perturb_mm, seed=whole("seed", seed) or None,
+            beyond=beyond._file() if isinstance(beyond, Grasps) else beyond, apart=apart_mm, chance=chance,
+            keep=None if keep == "strict" else keep, force=force,
+        )
+        command("synth", *words, "--quiet", "--output", target, progress=progress)
+        return Grasps(_native.Grasps.read(target, None, None), target, folder)
+
     def _remade(self, verb: str, given: list[str], out: StrPath | None, ending: str, progress: bool | None) -> Grasps:
         file = self._file()
         folder = None if out is not None else Folder()
