@@ -24,6 +24,13 @@ const CLASSES: [usize; 2] = [4, 3];
 /// Number of conditions of `Replay::conditions`, of which the first is the main one.
 pub(crate) const CONDITIONS: usize = 4;
 
+/// Landscapes that are driven under the main condition alone: the engine takes ten seconds for a drive of this hand.
+const MAIN_ALONE: [&str; 3] = [
+    "gripper_three_finger.box",
+    "gripper_three_finger.ball",
+    "gripper_three_finger.mug",
+];
+
 /// What is driven: a posture, the path of an edge, its straight line, and that between two minima that no edge joins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -41,11 +48,11 @@ pub(crate) struct Drive {
 }
 
 impl Drive {
-    /// How many of the conditions it is driven under: the controls under the main one alone.
-    pub(crate) fn conditions(self) -> usize {
+    /// How many of the conditions it is driven under in a landscape: the controls and `MAIN_ALONE` under the main one alone.
+    pub(crate) fn conditions(self, set: &str) -> usize {
         match self.kind {
-            Kind::Rest | Kind::Relaxed => CONDITIONS,
-            Kind::Straight | Kind::Random => 1,
+            Kind::Rest | Kind::Relaxed if !MAIN_ALONE.contains(&set) => CONDITIONS,
+            _ => 1,
         }
     }
 

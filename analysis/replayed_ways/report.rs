@@ -221,14 +221,17 @@ fn tables(
     }
     text.push_str("\n## Success of relaxed ways\n\n| friction | gravity out of the palm, m/s² | ends hold | succeed | succeed, must move |\n|---|---|---|---|---|\n");
     for (condition, settings) in Replay::conditions().into_iter().enumerate() {
-        let held = chosen(edges, |case| case.hold[condition]);
+        let driven = chosen(edges, |case| {
+            condition < case.drive.conditions(&case.driven.set)
+        });
+        let held = chosen(&driven, |case| case.hold[condition]);
         let succeeds = |cases: &[Case<'_>]| share(cases, |case| case.succeeds[condition]);
         writeln!(
             text,
             "| {} | {} | {} | {} | {} |",
             settings.friction,
             settings.gravity_m_s2[2],
-            share(edges, |case| case.hold[condition]),
+            share(&driven, |case| case.hold[condition]),
             succeeds(&held),
             succeeds(&chosen(&held, Case::must_move))
         )?;

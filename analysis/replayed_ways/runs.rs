@@ -115,7 +115,7 @@ impl<'a> Driven<'a> {
                 found.way_s,
             ])
         };
-        (0..drive.conditions()).map(row).collect()
+        (0..drive.conditions(&self.set)).map(row).collect()
     }
 
     /// Drives a way under one condition.
