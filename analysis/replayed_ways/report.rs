@@ -323,7 +323,7 @@ fn chart([main, moving]: [&Cases<'_>; 2]) -> Chart {
         Series::line(classes(cases, BARRIER, 5).iter().map(point).collect()).named(name)
     };
     let x = Axis::linear("barrier (medians of fifths of the ways; 1 is letting go)");
-    let y = Axis::linear("relaxed ways driven to their end (%)").with_range(0.0, 100.0);
+    let y = Axis::linear("relaxed ways driven to their end (%)").with_range(0.0, 20.0);
     let panel = Panel::new(
         "",
         x,
