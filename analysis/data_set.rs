@@ -4,7 +4,7 @@
 //! FOLDER/grasps (those of the left hand into FOLDER/mirrored), surveys them with `landscape survey`, and copies the summary
 //! and the pictures to `figures/data_set*`; the objects of the survey become a CSV. A second survey maps the landscapes of the first 16 grasps of each hand on each
 //! object, but for the left hand, which is the mirror image of the human one. Everything that is there already is kept, so
-//! that an interrupted run goes on. It takes half an hour on two cores.
+//! that an interrupted run goes on. It takes some two hours of processor time, most of them for the maps.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -55,28 +55,28 @@ fn main() -> Result<(), Failure> {
     let all = folder.join("all.survey");
     let both = [text(&grasps)?, text(&mirrored)?];
     run(&["survey", both[0], both[1], "--no-map", "-o"], &all)?;
+    let figures = Path::new(env!("CARGO_MANIFEST_DIR")).join("figures");
+    for picture in ["types", "contacts", "rarefaction"] {
+        let to = figures.join(format!("data_set_{picture}.png"));
+        fs::copy(all.join(format!("{picture}.png")), to)?;
+    }
+    report(&all, &figures, "data_set")?;
     let mapped = folder.join("mapped.survey");
     let words = ["survey", both[0], "--first", FIRST, "--no-report", "-o"];
     run(&words, &mapped)?;
+    report(&mapped, &figures, "data_set_families")
+}
 
-    let figures = Path::new(env!("CARGO_MANIFEST_DIR")).join("figures");
-    for (from, to) in [
-        (all.join("types.png"), "data_set_types.png"),
-        (all.join("contacts.png"), "data_set_contacts.png"),
-        (all.join("rarefaction.png"), "data_set_rarefaction.png"),
-    ] {
-        fs::copy(from, figures.join(to))?;
-    }
-    for (survey, name) in [(all, "data_set"), (mapped, "data_set_families")] {
-        let summary = fs::read_to_string(survey.join("summary.md"))?;
-        let told = format!("The objects of each hand: [{name}.csv]({name}.csv).");
-        let mut parts: Vec<&str> = summary.split("\n\n").collect();
-        parts.retain(|part| !part.starts_with("| object |"));
-        parts.insert(1, &told);
-        fs::write(figures.join(format!("{name}.md")), parts.join("\n\n"))?;
-        let numbers = serde_json::from_slice(&fs::read(survey.join("survey.json"))?)?;
-        fs::write(figures.join(format!("{name}.csv")), objects(&numbers))?;
-    }
+/// Writes the summary of a survey without its objects, and these as a table.
+fn report(survey: &Path, figures: &Path, name: &str) -> Result<(), Failure> {
+    let summary = fs::read_to_string(survey.join("summary.md"))?;
+    let told = format!("The objects of each hand: [{name}.csv]({name}.csv).");
+    let mut parts: Vec<&str> = summary.split("\n\n").collect();
+    parts.retain(|part| !part.starts_with("| object |"));
+    parts.insert(1, &told);
+    fs::write(figures.join(format!("{name}.md")), parts.join("\n\n"))?;
+    let numbers = serde_json::from_slice(&fs::read(survey.join("survey.json"))?)?;
+    fs::write(figures.join(format!("{name}.csv")), objects(&numbers))?;
     Ok(())
 }
 
