@@ -162,15 +162,15 @@ fn report(table: &Table) -> String {
         })
     };
     let told = |[chains, found, held]: [f64; 3]| match found {
-        _ if chains == 0.0 => "–".to_owned(),
+        _ if chains == 0.0 => "not run".to_owned(),
         0.0 => format!("0 of {chains}"),
         _ => format!("{found} of {chains}, {held} hold"),
     };
     let mut text = "# Asked for a type\n\nChains of the human hand on nine objects of different forms, not asked and \
-                    asked for each type, and of two other hands, asked. Found are ends that pass the strict filter and that \
+                    asked for each type. Found are ends that pass the strict filter and that \
                     the rule names so; all were dropped in simulation. Gain: share with asking over share without, where half \
                     a grasp counts if nothing was found without. Made by `cargo run --release --example asked_types`.\n\n\
-                    | type | not asked | asked | gain | shadow | allegro |\n|---|---|---|---|---|---|\n"
+                    | type | not asked | asked | gain | asked, Shadow | asked, Allegro |\n|---|---|---|---|---|---|\n"
         .to_owned();
     let (mut gains, mut reached) = (Vec::new(), 0);
     for entry in &Taxonomy::feix().types {
