@@ -435,14 +435,16 @@ fn replayed(way: &[[f64; 2]], edit: impl Fn(&mut Replay)) -> Replayed {
 }
 
 /// Jaws that press 4 mm deep hold a block at rest against its weight, not against a hundred times that, and lose it where they open.
-/// The engine pushes the overlap of the start out within a tenth of a second and turns the block meanwhile: by 2° from 4 mm,
-/// so that a shallow overlap shows whether a posture rests.
+/// In the first 0.2 s, while the overlap of the start is pushed out, the block turns by 0.04 rad from an overlap of 2, 4 or 8 mm,
+/// and by 0.004 rad from one of 1 mm; why is not known.
 #[test]
 fn a_posture_at_rest_holds_and_an_open_hand_does_not() {
     let held = [0.0, -0.004];
-    let rest = replayed(&[[0.0, -0.001]], |_| ());
-    assert_eq!((rest.reason, rest.way_s), (Reason::Held, 0.0));
-    assert!(rest.off_m < 1e-3 && rest.off_rad < 0.02, "{rest:?}");
+    for (way, most_rad) in [([0.0, -0.001], 0.02), (held, 0.05)] {
+        let rest = replayed(&[way], |_| ());
+        assert_eq!((rest.reason, rest.way_s), (Reason::Held, 0.0));
+        assert!(rest.off_m < 1e-3 && rest.off_rad < most_rad, "{rest:?}");
+    }
     let across = |g: f64| move |settings: &mut Replay| settings.gravity_m_s2 = [0.0, g, 0.0];
     assert_eq!(replayed(&[held], across(9.81)).reason, Reason::Held);
     assert_eq!(replayed(&[held], across(981.0)).reason, Reason::Released);
