@@ -27,6 +27,7 @@ def test_every_block_has_a_test():
     }
     assert {file for file, count in counts.items() if count} == {
         "README.md", "python/README.md", "docs/external_energy.md", "docs/mano.md", "docs/neural_objects.md",
+        "docs/roadmap.md",
     }
 
 
@@ -81,6 +82,19 @@ def test_export_of_mano(tmp_path, monkeypatch):
     written = np.load(tmp_path / "mano_right.npz")
     assert sorted(written) == sorted([*keys, "J_regressor"])
     assert all((written[key] == model[key]).all() for key in keys) and (written["J_regressor"] == regressor).all()
+
+
+def test_a_road_map_is_read(mapped, tmp_path, monkeypatch, capsys):
+    """The block prints the seconds of each posture of a way, whose first is held until the hand is closed, and its joints."""
+    mapped.save(tmp_path / "grasps.landscape")
+    monkeypatch.chdir(tmp_path)
+    ls.command("export", "grasps.landscape", "roadmap", "--quiet", "-o", "grasps.roadmap.json")
+    (block,) = blocks("docs/roadmap.md")
+    exec(compile(block, "roadmap.md", "exec"), {})
+    lines = capsys.readouterr().out.splitlines()
+    seconds = [float(line.split(" ", 1)[0]) for line in lines]
+    assert seconds[0] == pytest.approx(0.4) and seconds == sorted(seconds) and seconds[-1] > 0.4
+    assert all(len(json.loads(line.split(" ", 1)[1])) == mapped.grasps.joints.shape[1] for line in lines)
 
 
 class Tensor(np.ndarray):
