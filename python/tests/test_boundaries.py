@@ -225,7 +225,7 @@ def test_equal_atoms_in_a_fixed_frame_have_no_numbers():
 
     box = ([0.0, -1.0, -1.0] * 2, [2.0, 1.0, 1.0] * 2)
     same, other = (
-        ls.explore(adatoms, ls.FixedFrame(elements, periodic=True), box=box, seed=1, patience=4) for elements in [("Ar", "Ar"), ("Ar", "Kr")]
+        ls.explore(adatoms, ls.FixedFrame(elements, periodic=True), box=box, seed=1, searches=24) for elements in [("Ar", "Ar"), ("Ar", "Kr")]
     )
     assert 0 < 2 * same.minima.rows == other.minima.rows
     assert same.minima.energy[0] == pytest.approx(other.minima.energy[0], abs=1e-9)

@@ -49,7 +49,7 @@ def test_six_hump_camel_has_its_published_minima(humps):
 
 
 def test_lennard_jones_of_seven_atoms():
-    found = ls.explore(lennard_jones, ls.Atoms(7), box=(-1.2, 1.2), seed=0)
+    found = ls.explore(lennard_jones, ls.Atoms(7), box=(-1.2, 1.2), seed=0, patience=4)
     assert found.minima.energy == pytest.approx([-16.505384, -15.935043, -15.593211, -15.533060], abs=1e-5)
     assert found.tree.merge_height(0, 2) == pytest.approx(-15.3199, abs=1e-3)
 
