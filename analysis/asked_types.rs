@@ -1,7 +1,7 @@
 //! How often chains find each grasp type, asked for it or not → `figures/asked_types.md`, `.csv`
 //!
-//! The human hand on nine objects that come with the program, one of each form: chains of the usual sampler, whose grasps are labelled, and
-//! chains that are asked for each type. Beside it the Shadow and Allegro hands of `LANDSCAPE_TEST_DATA`, if it is set, asked
+//! The human hand on the fifteen objects that come with the program: chains of the usual sampler, whose grasps are labelled,
+//! and chains that are asked for each type. Beside it the Shadow and Allegro hands of `LANDSCAPE_TEST_DATA`, if it is set, asked
 //! only, on four of the objects. What is found is dropped in simulation. Finished objects are kept in the table, so that a
 //! stopped run goes on: `--example asked_types 4 0` (chains for each type and object, seed).
 
@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 
 use landscape::evaluation::stability::{Drop, Protocol};
 use landscape::evaluation::taxonomy::{Rule, Taxonomy};
+use landscape::object::OBJECT_NAMES;
 use landscape::store::GraspFile;
 use landscape::study::{
     Origin, PopulationSettings, Run, hand_abilities, hand_files, hand_metadata, label_all,
@@ -37,20 +38,7 @@ const HANDS: [(&str, &str); 2] = [
 /// Objects for these hands.
 const OBJECTS_OF_OTHERS: [&str; 4] = ["ball", "bottle_round", "box", "mug"];
 
-/// Objects for the human hand: one of each form.
-const OBJECTS: [&str; 9] = [
-    "ball",
-    "bottle_round",
-    "bowl",
-    "box",
-    "can",
-    "disk",
-    "hammer",
-    "mug",
-    "pen",
-];
-
-/// Chains on each object that are not asked for anything: 252 on nine.
+/// Chains on each object that are not asked for anything: 420 on fifteen.
 const USUAL_CHAINS: u64 = 28;
 
 /// Number of a type, chains, those that found it, and those whose grasp holds.
@@ -70,7 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let objects = if file.is_some() {
             OBJECTS_OF_OTHERS.as_slice()
         } else {
-            OBJECTS.as_slice()
+            OBJECT_NAMES.as_slice()
         };
         for object in objects {
             for asked in [false, true] {
@@ -154,7 +142,7 @@ fn measure(
 /// The table of types: yields on all objects together.
 fn report(table: &Table) -> String {
     let sum = |hand: &str, number: u8, asked: bool| -> [f64; 3] {
-        let objects = OBJECTS.iter();
+        let objects = OBJECT_NAMES.iter();
         let rows = objects.flat_map(|object| table.of(&key(hand, object, asked)));
         let own = rows.filter(|row| (row[0] - f64::from(number)).abs() < 0.5);
         own.fold([0.0; 3], |sum, row| {
@@ -166,7 +154,7 @@ fn report(table: &Table) -> String {
         0.0 => format!("0 of {chains}"),
         _ => format!("{found} of {chains}, {held} hold"),
     };
-    let mut text = "# Asked for a type\n\nChains of the human hand on nine objects of different forms, not asked and \
+    let mut text = "# Asked for a type\n\nChains of the human hand on fifteen objects, not asked and \
                     asked for each type. Found are ends that pass the strict filter and that \
                     the rule names so; all were dropped in simulation. Gain: share with asking over share without, where half \
                     a grasp counts if nothing was found without. Made by `cargo run --release --example asked_types`.\n\n\

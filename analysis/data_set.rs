@@ -63,7 +63,14 @@ fn main() -> Result<(), Failure> {
     report(&all, &figures, "data_set")?;
     let mapped = folder.join("mapped.survey");
     let human = grasps.join("human");
-    let words = ["survey", text(&human)?, "--first", FIRST, "--no-report", "-o"];
+    let words = [
+        "survey",
+        text(&human)?,
+        "--first",
+        FIRST,
+        "--no-report",
+        "-o",
+    ];
     run(&words, &mapped)?;
     report(&mapped, &figures, "data_set_families")
 }
