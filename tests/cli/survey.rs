@@ -11,11 +11,12 @@ use crate::contents;
 use crate::desk::{Desk, assert_says};
 use crate::folder::names;
 
-/// A folder of two hands on two objects, in folders of their own. Its grasps take a moment to map.
+/// A folder of two hands on two objects, in folders of their own, and the settings of quick maps.
 fn data_set() -> Desk {
     static MADE: OnceLock<Desk> = OnceLock::new();
     let made = MADE.get_or_init(|| {
         let desk = Desk::empty();
+        desk.write("quick.toml", "[map]\nsearches = 1\n");
         for (hand, object, count) in [
             ("human", "ball", 4),
             ("human", "can", 3),
@@ -42,7 +43,7 @@ fn promised(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     files
 }
 
-const SURVEY: &str = "survey set --first 3 --no-report -q";
+const SURVEY: &str = "survey set --first 3 --no-report -q --config quick.toml";
 
 #[test]
 fn a_folder_is_one_job() {
@@ -118,7 +119,7 @@ fn a_folder_is_one_job() {
 }
 
 /// Two objects: `ball`, then `can`.
-const OF_ONE_HAND: &str = "survey set/human --first 3 --no-report -q";
+const OF_ONE_HAND: &str = "survey set/human --first 3 --no-report -q --config quick.toml";
 
 #[test]
 fn tasks_share_a_survey() {
