@@ -1,9 +1,10 @@
 //! How often chains find each grasp type, asked for it or not → `figures/asked_types.md`, `.csv`
 //!
 //! The human hand on the fifteen objects that come with the program: chains of the usual sampler, whose grasps are labelled,
-//! and chains that are asked for each type; many more for types that none of these found. Beside it the Shadow and Allegro hands of `LANDSCAPE_TEST_DATA`, if it is set, asked
-//! only, on four of the objects. What is found is dropped in simulation. Finished objects are kept in the table, so that a
-//! stopped run goes on: `--example asked_types 4 0` (chains for each type and object, seed).
+//! and chains that are asked for each type; further chains for types that none of these found. Beside it the Shadow and
+//! Allegro hands of `LANDSCAPE_TEST_DATA`, if it is set, asked only, on four of the objects. What is found is dropped in
+//! simulation. Finished objects are kept in the table, so that a stopped run goes on: `--example asked_types 4 0` (chains for
+//! each type and object, seed).
 
 #[path = "table.rs"]
 mod table;

@@ -16,7 +16,7 @@ fn data_set() -> Desk {
     static MADE: OnceLock<Desk> = OnceLock::new();
     let made = MADE.get_or_init(|| {
         let desk = Desk::empty();
-        desk.write("quick.toml", "[map]\nsearches = 1\n");
+        desk.write("quick.toml", "[map]\nsearches = 2\n");
         for (hand, object, count) in [
             ("human", "ball", 4),
             ("human", "can", 3),
