@@ -1,27 +1,28 @@
 //! What a population can be asked for: grasp types, cells of the taxonomy, sets of digits, sets of contact regions.
 
+mod names;
+mod plan;
+
 use std::collections::BTreeSet;
 
-use nalgebra::Vector3;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
-use crate::evaluation::taxonomy::{
-    Anatomy, GraspType, ImaginedTouch, Labeller, Opposition, PalmPart, Patch, Rule, Taxonomy,
-    Unlike,
-};
+pub use self::names::HandNames;
+use self::names::is_within;
+pub(super) use self::plan::Plan;
+use self::plan::palmar_points;
+use crate::evaluation::taxonomy::{Anatomy, GraspType, Labeller, Rule, Taxonomy, Unlike};
 use crate::evaluation::{TOUCHING_M, contact_regions};
 use crate::grasp::GraspEnergy;
-use crate::grasp::between::{Opposed, Place, start_between, start_facing};
-use crate::grasp::grip::{Parts, Side};
+use crate::grasp::between::{start_between, start_facing};
+use crate::grasp::grip::Parts;
 use crate::grasp::start::start_pose_facing;
 use crate::grasp::synthesis::Wish;
-use crate::hand::{Hand, LinkId, PosedHand, volar_directions};
+use crate::hand::{Hand, PosedHand};
 use crate::object::Object;
 use crate::sample::Rng;
 
-/// Least cosine between the normal of a part of a link and its palmar side, so that the part is of that side.
-const PALMAR: f64 = 0.5;
 /// Fraction of the attempts at a set of digits without the palm in which only the last links take part.
 const TIPS: f64 = 0.6;
 /// Ways in which attempts at a type begin, in turn: in a posture of the type with the links that it needs, in such a posture with
@@ -152,73 +153,6 @@ impl Asked {
     }
 }
 
-/// Names of the parts of a hand, for wishes.
-#[derive(Debug, Clone)]
-pub struct HandNames {
-    /// For each digit, the palm first, the names it is known by.
-    digits: Vec<Vec<String>>,
-    /// For each surface point, the name of its region.
-    regions: Vec<String>,
-}
-
-impl HandNames {
-    /// Digits have their names in the file of the hand, and those of a human hand where it is built like one; regions are
-    /// those that the hand names, or else those of a human hand, or else its links.
-    pub fn of(hand: &Hand) -> Self {
-        let anatomy = Anatomy::of(hand).ok();
-        let patch = |i: usize| anatomy.as_ref().map(|anatomy| anatomy.patch(i).name());
-        let regions = hand.surface.iter().enumerate().map(|(i, point)| {
-            let own = &hand.regions[point.region];
-            match patch(i) {
-                Some(patch) if !own.contains('.') => patch,
-                _ => own.clone(),
-            }
-        });
-        let regions: Vec<String> = regions.collect();
-        let digits = (hand.digits.iter().enumerate()).map(|(digit, own)| {
-            let of_digit = |i: &usize| hand.links[hand.surface[*i].link.0].digit == digit;
-            let first = (0..hand.surface.len()).find(of_digit).and_then(patch);
-            let human = first.and_then(|name| Some(name.split('.').next()?.to_owned()));
-            let mut names = vec![own.clone()];
-            names.extend(human.filter(|human| human != own && digit > 0));
-            names
-        });
-        Self {
-            digits: digits.collect(),
-            regions,
-        }
-    }
-
-    /// The name in the hand's file of a digit.
-    fn digit(&self, name: &str) -> Option<&str> {
-        let known = |names: &&Vec<String>| names.iter().any(|known| known == name);
-        Some(self.digits.iter().find(known)?.first()?.as_str())
-    }
-
-    /// The numbers of the surface points of a region, or of all regions whose names begin with it.
-    fn points(&self, region: &str) -> Vec<usize> {
-        let own = |i: &usize| is_within(&self.regions[*i], region);
-        (0..self.regions.len()).filter(own).collect()
-    }
-
-    fn digit_names(&self) -> Vec<String> {
-        // The name of a human hand is the shorter one to type.
-        let names = self.digits.iter().filter_map(|names| names.last());
-        names.cloned().collect()
-    }
-
-    fn region_names(&self) -> Vec<String> {
-        let names: BTreeSet<&String> = self.regions.iter().collect();
-        names.into_iter().cloned().collect()
-    }
-}
-
-/// Whether a region is the given one or a part of it.
-fn is_within(region: &str, whole: &str) -> bool {
-    let rest = region.strip_prefix(whole);
-    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-}
-
 /// A wish for one hand on one object.
 #[derive(Debug)]
 pub struct Wishes<'a> {
@@ -228,18 +162,6 @@ pub struct Wishes<'a> {
     names: HandNames,
     anatomy: Result<Anatomy, Unlike>,
     served: Vec<(Asked, Vec<Plan>)>,
-}
-
-/// How a wish is tried: what takes part, the two sides that oppose, and what touches.
-#[derive(Debug, Clone)]
-pub(super) struct Plan {
-    entry: Option<&'static GraspType>,
-    parts: Parts,
-    /// Fewer parts, with which some attempts are made.
-    narrow: Option<Parts>,
-    sides: Opposed,
-    touch: Vec<ImaginedTouch>,
-    by_palm: bool,
 }
 
 impl<'a> Wishes<'a> {
@@ -495,143 +417,11 @@ impl Wish for Served<'_> {
     }
 }
 
-impl Plan {
-    /// The plan for a type. `None` if the hand has no parts for one of its sides.
-    fn of_type(hand: &Hand, anatomy: &Anatomy, entry: &'static GraspType) -> Option<Self> {
-        let expected = Rule::standard().expected_touch(entry);
-        let touch = |patches: &mut dyn Iterator<Item = Patch>| -> Vec<ImaginedTouch> {
-            let touches = patches.flat_map(|patch| ImaginedTouch::of(hand, anatomy, patch));
-            touches
-                .filter(|touch| hand.link_may_touch(touch.link))
-                .collect()
-        };
-        let sides = Opposed {
-            first: places(&touch(&mut expected.first.iter().copied())),
-            second: places(&touch(&mut expected.second.iter().copied())),
-        };
-        let touch = touch(&mut expected.all());
-        (!sides.first.is_empty() && !sides.second.is_empty()).then(|| Self {
-            entry: Some(entry),
-            parts: parts(hand, &touch, true),
-            narrow: Some(parts(hand, &touch, false)),
-            by_palm: entry.opposition == Opposition::Palm,
-            sides,
-            touch,
-        })
-    }
-
-    /// The plan for groups of surface points that are to touch: the thumb or the palm opposes the others, or else the first
-    /// group does.
-    fn of_groups(
-        hand: &Hand,
-        asked: &Asked,
-        groups: Vec<Vec<usize>>,
-    ) -> Result<Vec<Self>, WishError> {
-        if groups.len() < 2 {
-            return Err(WishError::Few(asked.name()));
-        }
-        // No type is asked for, so nothing asks which part of the hand it is.
-        let patch = Patch::Palm(PalmPart::Volar);
-        let touch: Vec<Vec<ImaginedTouch>> = groups
-            .into_iter()
-            .map(|points| ImaginedTouch::of_points(hand, points.into_iter(), |_| patch))
-            .collect();
-        let digit = |group: &Vec<ImaginedTouch>| {
-            let link = group.first().map(|touch| touch.link);
-            link.map_or(0, |link| hand.links[link.0].digit)
-        };
-        let thumb = |group: &&Vec<ImaginedTouch>| hand.has_thumb() && digit(group) == 1;
-        let palm = |group: &&Vec<ImaginedTouch>| digit(group) == 0;
-        let thumbs: Vec<_> = touch.iter().filter(thumb).collect();
-        let palms: Vec<_> = touch.iter().filter(palm).collect();
-        let some =
-            |group: &Vec<&Vec<ImaginedTouch>>| !group.is_empty() && group.len() < touch.len();
-        let first: Vec<&Vec<ImaginedTouch>> = match (some(&thumbs), some(&palms)) {
-            (true, false) => thumbs,
-            (_, true) => palms.clone(),
-            _ => touch.iter().take(1).collect(),
-        };
-        let is_first = |group: &Vec<ImaginedTouch>| first.contains(&group);
-        // Digits without the palm hold with their ends, so these stand on both sides of the object.
-        let by_palm = !palms.is_empty();
-        let by_ends = matches!(asked, Asked::Digits(_)) && !by_palm;
-        let counts = |touch: &&ImaginedTouch| !by_ends || hand.is_last_link(touch.link);
-        let side = |chosen: bool| -> Vec<Place> {
-            let groups = touch.iter().filter(|group| is_first(group) == chosen);
-            let own = groups.flatten().filter(counts).copied();
-            places(&own.collect::<Vec<_>>())
-        };
-        let sides = Opposed {
-            first: side(true),
-            second: side(false),
-        };
-        let all: Vec<ImaginedTouch> = touch.into_iter().flatten().collect();
-        let last: Vec<ImaginedTouch> = (all.iter().copied())
-            .filter(|touch| hand.is_last_link(touch.link))
-            .collect();
-        if sides.first.is_empty() || sides.second.is_empty() {
-            return Err(WishError::Few(asked.name()));
-        }
-        Ok(vec![Self {
-            entry: None,
-            parts: parts(hand, &all, false),
-            narrow: by_ends.then(|| parts(hand, &last, false)),
-            by_palm,
-            sides,
-            touch: all,
-        }])
-    }
-}
-
-fn places(touch: &[ImaginedTouch]) -> Vec<Place> {
-    let place = |touch: &ImaginedTouch| Place {
-        link: touch.link,
-        point: touch.point,
-        normal: touch.normal,
-    };
-    touch.iter().map(place).collect()
-}
-
-/// The links that touch, with their palmar sides or, where another part of them touches, the side of that. If `wide`, the other
-/// links of the same digits as well, with their palmar sides.
-fn parts(hand: &Hand, touch: &[ImaginedTouch], wide: bool) -> Parts {
-    let volar = volar_directions(hand);
-    let digits: BTreeSet<usize> = (touch.iter())
-        .map(|touch| hand.links[touch.link.0].digit)
-        .collect();
-    Parts::new(hand, |link| {
-        let own = touch.iter().filter(|touch| touch.link == link);
-        let normal: Vector3<f64> = own.map(|touch| touch.normal).sum();
-        let normal = normal.try_normalize(1e-6);
-        match normal {
-            Some(normal) if !is_palmar(&volar, link, &normal) => Some(Side::Toward(normal)),
-            Some(_) => Some(Side::Palmar),
-            None => (wide && digits.contains(&hand.links[link.0].digit)).then_some(Side::Palmar),
-        }
-    })
-}
-
-fn is_palmar(volar: &[Option<Vector3<f64>>], link: LinkId, normal: &Vector3<f64>) -> bool {
-    volar[link.0].is_none_or(|volar| volar.dot(normal) > PALMAR)
-}
-
-/// The surface points on the palmar sides of the links of a digit; of the palm, 0.
-fn palmar_points(hand: &Hand, digit: usize) -> Vec<usize> {
-    let volar = volar_directions(hand);
-    let own = |i: &usize| {
-        let point = &hand.surface[*i];
-        hand.links[point.link.0].digit == digit
-            && !hand.is_arm(point.link)
-            && hand.may_touch(point)
-            && volar[point.link.0].is_some()
-            && is_palmar(&volar, point.link, &point.normal)
-    };
-    (0..hand.surface.len()).filter(own).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grasp::grip::Side;
+    use crate::hand::LinkId;
 
     fn set(names: &[&str]) -> BTreeSet<String> {
         names.iter().map(|&name| name.to_owned()).collect()
