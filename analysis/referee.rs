@@ -10,7 +10,7 @@ mod command;
 #[expect(dead_code, reason = "each program uses a part")]
 mod method;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -105,7 +105,11 @@ fn paper(folder: &Path, path: &Path) -> Result<(), Failure> {
                 "rotation_wxyz".to_owned(),
                 json!(grasp.pose.rotation_wxyz()),
             ),
-            ("contacts".to_owned(), json!(grasp.contacts)),
+            // Algorithm 1 may draw a point twice.
+            (
+                "contacts".to_owned(),
+                json!(BTreeSet::from_iter(&grasp.contacts)),
+            ),
         ]);
         let joints = hand.joints.iter().zip(grasp.pose.joints());
         row.extend(joints.map(|(joint, q)| (joint.name.clone(), json!(q))));

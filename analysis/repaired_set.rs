@@ -17,6 +17,9 @@ use landscape::study::{
     simulate_all, synthesize_beyond,
 };
 
+/// Searches for a lower way across each merge of the map.
+const SEARCHES: usize = 2;
+
 /// Azimuth and height above the horizon of the hand's centre, seen from the centroid of the object, degrees.
 fn direction(row: &GraspRow, centroid: nalgebra::Vector3<f64>) -> [f64; 2] {
     let x = &row.grasp.pose;
@@ -78,6 +81,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let (found, added) = synthesize_beyond(&energy, &origin, &settings, &archive, &run)?;
 
+    eprintln!("{} grasps repaired, {} added", added.repaired, added.new);
+
     let given = origin.given.iter();
     let strict = given
         .filter(|row| judge(&energy, &row.grasp).passes_strict())
@@ -93,9 +98,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         held(&of(repaired), &Run::default())?,
         held(&of(new), &Run::default())?,
     ];
+    eprintln!("dropped; now mapped");
     let all = of(&found.grasps);
     let populations = all.landscapes();
-    let map = GraspMapSettings::new(&energy);
+    let mut map = GraspMapSettings::new(&energy);
+    map.map.searches = SEARCHES;
     let quiet = StudyRun {
         run,
         ..StudyRun::default()

@@ -362,6 +362,37 @@ fn a_pinched_block_withstands_the_load_that_friction_bears() {
     assert_eq!(held(17.0, &|test| test.mass_kg = None), Reason::Moved);
 }
 
+/// A free object in a viscous medium of damping c that is accelerated by a moves by (a / c) (t − (1 − exp(−c t)) / c), and
+/// one that is 100 times as damped hardly moves.
+#[test]
+fn a_damped_object_moves_as_far_as_its_differential_equation_says() {
+    let way_m = |damping_per_s: f64| {
+        let outcome = pinched(0.0, |test| {
+            test.loads.acceleration_m_s2 = 0.5;
+            test.friction = 0.0;
+            test.closing.rule = ClosingRule::None;
+            test.loads.seconds = 1.0;
+            test.rest = Rest {
+                way_m: 1e-12,
+                time_s: 10.0,
+            };
+            test.loads.directions = vec![[0.0, 1.0, 0.0]];
+            test.linear_damping_per_s = Some(damping_per_s);
+            test.criterion.displacement_m = Some(1.0);
+        });
+        outcome.displacement_m
+    };
+    for damping in [2.0, 10.0, 1000.0] {
+        let c: f64 = damping;
+        let exact_m = 0.5 / c * (1.0 - (1.0 - (-c).exp()) / c);
+        let found_m = way_m(damping);
+        assert!(
+            (found_m / exact_m - 1.0).abs() < 0.03,
+            "{damping}: {found_m} and {exact_m}"
+        );
+    }
+}
+
 /// Friction bears no load across the jaws, but the springs do along them.
 #[test]
 fn all_half_or_any_of_the_trials_must_hold() {

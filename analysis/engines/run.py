@@ -2,10 +2,12 @@
 
     python analysis/engines/run.py data/grasps.parquet theirs.parquet --grasps 30
 
-needs the Python package and `pip install mujoco`. Of each set the given number of grasps is taken, evenly from its rows.
+needs the Python package and `pip install mujoco`. Of each set the given number of grasps is taken, evenly from its rows. Outcomes
+are kept in target/engines.csv, so that a stopped run goes on.
 """
 
 import argparse
+import csv
 import math
 from pathlib import Path
 from typing import NamedTuple
@@ -13,6 +15,7 @@ from typing import NamedTuple
 TESTS = (
     "drop", "dexgraspbench", "dexgraspbench-hard", "dexgraspnet", "graspqp", "graspqp-all", "gendexgrasp", "graspdatagen",
 )
+KEPT = Path("target/engines.csv")
 #: Share of agreement that is asked for.
 ASKED = 0.9
 
@@ -61,6 +64,22 @@ def table(pairs: list[Pair], sets: list[str]) -> str:
     return "\n".join(parts)
 
 
+def read(file: Path) -> dict[tuple[str, str, int], Pair]:
+    """The outcomes that are kept."""
+    if not file.exists():
+        return {}
+    with file.open(newline="", encoding="utf-8") as lines:
+        pairs = [Pair(set, test, int(id), *reasons) for set, test, id, *reasons in csv.reader(lines)]
+    return {(pair.set, pair.test, pair.id): pair for pair in pairs}
+
+
+def write(file: Path, kept: dict[tuple[str, str, int], Pair]) -> None:
+    """Keeps outcomes."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with file.open("w", newline="", encoding="utf-8") as lines:
+        csv.writer(lines).writerows(kept.values())
+
+
 def main() -> None:
     import landscape as ls
 
@@ -70,14 +89,21 @@ def main() -> None:
     parser.add_argument("--output", type=Path, help="the file to write; by default the tables are printed")
     given = parser.parse_args()
     pairs = []
+    kept = read(KEPT)
     for file in given.sets:
         every = ls.Grasps.read(file)
         step = max(len(every) // given.grasps, 1)
         grasps = every[::step][: given.grasps]
         for test in TESTS:
-            ours, theirs = grasps.stability(test).column("stable_reason"), grasps.stability_in_mujoco(test)
-            pairs += [Pair(file.stem, test, *each) for each in zip(grasps.id, ours, theirs.stable_reason)]
-            print(row(test, pairs[-len(grasps) :]), flush=True)
+            for number, id in enumerate(grasps.id):
+                key = (file.stem, test, int(id))
+                if key not in kept:
+                    one = grasps[number : number + 1]
+                    ours, theirs = one.stability(test).column("stable_reason"), one.stability_in_mujoco(test)
+                    kept[key] = Pair(*key, ours[0], theirs.stable_reason[0])
+                    write(KEPT, kept)
+                pairs.append(kept[key])
+            print(row(f"{file.stem}, {test}", pairs[-len(grasps) :]), flush=True)
     text = table(pairs, [file.stem for file in given.sets])
     if given.output is None:
         print(text)

@@ -73,6 +73,7 @@ class _World:
         self.item = model.body("object").id
         self.of_object = model.geom_bodyid == self.item
         self.start_at = model.joint("object").qposadr[0]
+        self.moved_by = model.joint("object").dofadr[0]
         self.centre: Floats = model.body_ipos[self.item].copy()
         self.mass_kg = float(model.body_mass[self.item])
         self._prepare()
@@ -100,6 +101,9 @@ class _World:
         model.opt.disableflags |= self.mujoco.mjtDisableBit.mjDSBL_AUTORESET
         model.geom_solref[:] = SOLREF
         model.geom_solimp[:, :3] = SOLIMP
+        # The other engines divide the velocity of a damped object so after each step.
+        damping = [self.test.get(f"{motion}_damping_per_s", 0.0) for motion in ("linear", "angular")]
+        self.slowing = 1 / (1 + step_s * np.repeat(damping, 3)) if any(damping) else None
         self.lag_s = 0.0
         if closing is None or closing["rule"] == "none":
             model.dof_armature[joints] = RIGID_KG_M2
@@ -127,7 +131,12 @@ class _World:
         if self.lag_s > 0:
             left = math.exp(-self.data.time / self.lag_s)
             self.data.ctrl[:] = self.target - left * (self.target - self.grasp)
-        self.mujoco.mj_step(self.model, self.data, nstep=self.parts)
+        if self.slowing is None:
+            self.mujoco.mj_step(self.model, self.data, nstep=self.parts)
+            return
+        for _ in range(self.parts):
+            self.mujoco.mj_step(self.model, self.data)
+            self.data.qvel[self.moved_by : self.moved_by + 6] *= self.slowing
 
     def pose(self) -> tuple[Floats, Floats]:
         """Centre of mass of the object, and its quaternion w, x, y, z."""

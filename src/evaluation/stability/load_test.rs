@@ -20,6 +20,12 @@ pub struct LoadTest {
     /// Density of the object instead of its mass, kg/m³. Without either it has its own mass.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density_kg_m3: Option<f64>,
+    /// Damping of the object's velocity, 1/s: each step of h seconds divides it by 1 + h · damping. None is 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub linear_damping_per_s: Option<f64>,
+    /// Damping of the object's angular velocity, 1/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub angular_damping_per_s: Option<f64>,
     /// Coefficient of Coulomb friction between hand and object.
     pub friction: f64,
     /// The engine.
@@ -220,6 +226,8 @@ impl LoadTest {
         for (name, value) in [
             ("mass_kg", self.mass_kg),
             ("density_kg_m3", self.density_kg_m3),
+            ("linear_damping_per_s", self.linear_damping_per_s),
+            ("angular_damping_per_s", self.angular_damping_per_s),
             ("closing.force_n", closing.force_n),
             ("closing.stiffness_n_m", Some(closing.stiffness_n_m)),
             ("closing.torque_limit_n_m", Some(closing.torque_limit_n_m)),

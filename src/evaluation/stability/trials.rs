@@ -22,6 +22,10 @@ pub(super) fn withstand(
 ) -> Outcome {
     let mass_kg = test.mass_kg(solid, own_kg);
     let mut world = World::new(solid, mass_kg, [0.0; 3], test.friction, &test.solver);
+    world.damp_object(
+        test.linear_damping_per_s.unwrap_or(0.0),
+        test.angular_damping_per_s.unwrap_or(0.0),
+    );
     if closed.rule == ClosingRule::None {
         fix_hand(&mut world, hand, &closed.posed, solid);
     } else {

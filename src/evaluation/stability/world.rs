@@ -201,6 +201,13 @@ impl World {
         self.physics.gravity = vector(&gravity_m_s2.into());
     }
 
+    /// Sets the damping of the object's velocity and of its angular velocity, 1/s.
+    pub fn damp_object(&mut self, linear_per_s: f64, angular_per_s: f64) {
+        let body = &mut self.physics.bodies[self.object];
+        body.set_linear_damping(linear_per_s);
+        body.set_angular_damping(angular_per_s);
+    }
+
     /// Sets the force at the object's centre of mass, newtons.
     pub fn push_object(&mut self, force_n: &Vector3<f64>) {
         let body = &mut self.physics.bodies[self.object];

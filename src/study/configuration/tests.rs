@@ -141,6 +141,8 @@ fn templates_explain_every_key() {
                         "barrier",
                         "mass_kg",
                         "density_kg_m3",
+                        "linear_damping_per_s",
+                        "angular_damping_per_s",
                         "force_n",
                         "displacement_m",
                         "turn_rad",
