@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import landscape as ls
+from landscape._mujoco import _World
 
 
 @pytest.fixture(scope="module")
@@ -28,6 +29,19 @@ def test_one_holds_and_one_falls(two, protocol, reason):
     assert held.id.tolist() == two[0].id.tolist() and held.stable_displacement_m[0] < 0.01
     assert apart.stable.tolist() == [False] and apart.stable_reason == [reason]
     assert not np.isnan(apart.stable_displacement_m).any()
+
+
+def test_the_object_of_gendexgrasp_is_damped(two, tmp_path):
+    """Free, at an acceleration a and a damping c, it moves by (a / c) (t - (1 - exp(-c t)) / c)."""
+    mujoco = pytest.importorskip("mujoco")
+    scene = two[1].export(tmp_path / "scene", format="mujoco", protocol="gendexgrasp") / "scene.xml"
+    world = _World(mujoco, mujoco.MjModel.from_xml_path(str(scene)), 0)
+    start, _ = world.pose()
+    world.data.xfrc_applied[world.item, :3] = world.force(np.array([1.0, 0.0, 0.0]))
+    for _ in range(world.steps(1.0)):
+        world.step()
+    end, _ = world.pose()
+    assert end - start == pytest.approx([0.5 / 10 * (1 - (1 - np.exp(-10)) / 10), 0, 0], rel=0.02, abs=1e-6)
 
 
 def test_a_missing_package_is_named(two, monkeypatch):
