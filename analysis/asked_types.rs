@@ -9,6 +9,7 @@
 #[path = "table.rs"]
 mod table;
 
+use std::collections::BTreeSet;
 use std::error::Error;
 use std::fmt::Write;
 use std::fs;
@@ -181,25 +182,36 @@ fn measure(
 /// The table of types: yields on all objects together.
 fn report(table: &Table) -> String {
     let told = |[chains, found, held]: [f64; 3]| match found {
-        _ if chains == 0.0 => "not run".to_owned(),
+        _ if chains == 0.0 => "–".to_owned(),
         0.0 => format!("0 of {chains}"),
         _ => format!("{found} of {chains}, {held} hold"),
     };
     let mut text = "# Asked for a type\n\nChains of the human hand on fifteen objects, not asked and \
                     asked for each type. Found are ends that pass the strict filter and that \
                     the rule names so; all were dropped in simulation. Gain: share with asking over share without, where half \
-                    a grasp counts if nothing was found without. Made by `cargo run --release --example asked_types`.\n\n\
+                    a grasp counts if nothing was found without. Types that need digits which a hand lacks are not asked for (–). \
+                    Made by `cargo run --release --example asked_types`.\n\n\
                     | type | not asked | asked | gain | asked, Shadow | asked, Allegro |\n|---|---|---|---|---|---|\n"
         .to_owned();
-    let (mut gains, mut reached) = (Vec::new(), 0);
+    let mut gains = Vec::new();
+    let mut reached: BTreeSet<u8> = BTreeSet::new();
+    let mut reached_by = HANDS.map(|_| BTreeSet::new());
     for entry in &Taxonomy::feix().types {
         let [usual, asked] = ["no", "yes"].map(|asked| sum(table, "human", entry.number, asked));
         let gain = (asked[1] / asked[0].max(1.0)) / (usual[1].max(0.5) / usual[0].max(1.0));
-        reached += usize::from(asked[1] > 0.0);
+        if asked[1] > 0.0 {
+            reached.insert(entry.number);
+        }
         if usual[1] / usual[0].max(1.0) < 5.0 / 420.0 {
             gains.push(gain);
         }
-        let others = ["shadow", "allegro"].map(|hand| told(sum(table, hand, entry.number, "yes")));
+        let others = HANDS.map(|(hand, _)| sum(table, hand, entry.number, "yes"));
+        for (own, [_, found, _]) in reached_by.iter_mut().zip(others) {
+            if found > 0.0 {
+                own.insert(entry.number);
+            }
+        }
+        let others = others.map(told);
         let _ = writeln!(
             text,
             "| {} {} | {} | {} | {gain:.1} | {} | {} |",
@@ -214,8 +226,9 @@ fn report(table: &Table) -> String {
     gains.sort_by(f64::total_cmp);
     let _ = writeln!(
         text,
-        "\nThe human hand reached {reached} of 33 types when asked. Of the {} types that chains give in fewer than 5 of 420 \
+        "\nThe human hand reached {} of 33 types when asked. Of the {} types that chains give in fewer than 5 of 420 \
          without asking, the median gain is {:.1}.",
+        reached.len(),
         gains.len(),
         gains.get(gains.len() / 2).copied().unwrap_or(f64::NAN)
     );
@@ -225,14 +238,29 @@ fn report(table: &Table) -> String {
         if chains > 0.0 {
             let found_again = told([chains, found, held]);
             again.push(format!("{} ({found_again})", entry.name));
-            reached += usize::from(found > 0.0);
+            if found > 0.0 {
+                reached.insert(entry.number);
+            }
         }
     }
     let _ = writeln!(
         text,
         "\nThe other types were asked for again, with {MORE_CHAINS} chains on each object and another seed: {}. With these, \
-         {reached} types were reached.",
-        again.join(", ")
+         {} types were reached.",
+        again.join(", "),
+        reached.len()
     );
+    let [shadow, allegro] = &reached_by;
+    let all: BTreeSet<&u8> = reached.iter().chain(shadow).chain(allegro).collect();
+    if !(shadow.is_empty() && allegro.is_empty()) {
+        let _ = writeln!(
+            text,
+            "\nOn {} of the objects the Shadow hand reached {} types and the Allegro hand {}. All three hands together reached {}.",
+            OBJECTS_OF_OTHERS.len(),
+            shadow.len(),
+            allegro.len(),
+            all.len()
+        );
+    }
     text
 }
