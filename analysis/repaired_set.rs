@@ -1,7 +1,10 @@
 //! A set repaired and filled: what `synth --from set --beyond set` makes of it, on one map → `figures/repaired_set.md`, `.png`
 //!
 //! The file of an imported set of one hand and one object is given, and the number of chains of the search: `--example
-//! repaired_set -- set.parquet 64`. What is finished is kept in `set.parquet.repair`, so that a stopped run goes on.
+//! repaired_set -- set.parquet 32`. What is finished is kept in `set.parquet.repair`, so that a stopped run goes on. The
+//! committed figure is of the 68 examples of `DexGraspNet` (Wang et al. 2023) that hold
+//! `sem-Bottle-437678d4bc6be981c8724d5673a063a6` at scale 0.1, imported by `landscape import BOTTLE.npy --hand
+//! shadow_hand_vis.xml --object BOTTLE.obj --scale 0.1 -o set.parquet`.
 
 use std::error::Error;
 use std::fs;
@@ -20,7 +23,7 @@ use landscape::study::{
 /// Searches for a lower way across each merge of the map.
 const SEARCHES: usize = 2;
 
-/// Azimuth and height above the horizon of the hand's centre, seen from the centroid of the object, degrees.
+/// Azimuth and elevation of the hand's centre, seen from the centroid of the object, degrees.
 fn direction(row: &GraspRow, centroid: nalgebra::Vector3<f64>) -> [f64; 2] {
     let x = &row.grasp.pose;
     let from = nalgebra::Vector3::new(x[0], x[1], x[2]) - centroid;
@@ -43,7 +46,7 @@ fn places(layers: &[(&str, &[GraspRow])], centroid: nalgebra::Vector3<f64>) -> C
     let panel = Panel::new(
         "where the hand is, seen from the object",
         Axis::linear("azimuth (°)"),
-        Axis::linear("height (°)"),
+        Axis::linear("elevation (°)"),
         series.collect(),
     );
     Chart {
