@@ -18,6 +18,9 @@ use crate::topography::Observer;
 
 /// Time step, seconds: that of `MuJoCo` itself.
 const TIME_STEP_S: f64 = 0.002;
+/// Memory of the simulation. By default `MuJoCo` takes what the first pose needs, and stops where a squeeze makes hundreds of
+/// contacts.
+const MEMORY: &str = "256M";
 /// Mass and inertia that every link that moves has at least.
 const LEAST: [f64; 2] = [1e-3, 1e-7];
 /// Stiffness of couplings, `solref` and `solimp`. With the defaults of `MuJoCo` light jaws that follow each other part by
@@ -120,6 +123,7 @@ impl Writer<'_> {
              <!-- Made by {MAKER}: hand {} on {}, which weighs {mass_kg} kg; here {} kg, as in the test `{}`. -->\n  \
              <custom><text name=\"protocol\" data=\"{}\"/></custom>\n  \
              <compiler angle=\"radian\" autolimits=\"true\"/>\n  \
+             <size memory=\"{MEMORY}\"/>\n  \
              <option timestep=\"{TIME_STEP_S}\" integrator=\"implicitfast\" cone=\"elliptic\" impratio=\"10\"/>\n  \
              <default>\n    \
              <joint armature=\"{}\"/>\n    \
