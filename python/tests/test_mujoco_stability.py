@@ -44,6 +44,26 @@ def test_the_object_of_gendexgrasp_is_damped(two, tmp_path):
     assert end - start == pytest.approx([0.5 / 10 * (1 - (1 - np.exp(-10)) / 10), 0, 0], rel=0.02, abs=1e-6)
 
 
+def test_a_joint_with_much_damping_does_not_catch_up(two, tmp_path):
+    """Free, it moves to its target as 1 − exp(−k t / d); when it was blocked for a second, it then moves at that speed."""
+    mujoco = pytest.importorskip("mujoco")
+    scene = two[1].export(tmp_path / "scene", format="mujoco", protocol="gendexgrasp") / "scene.xml"
+    world = _World(mujoco, mujoco.MjModel.from_xml_path(str(scene)), 0)
+    start = world.data.qpos[world.joints]
+    limits = world.model.jnt_range[world.model.actuator_trnid[:, 0]]
+    way = np.clip(limits.mean(axis=1) - start, -0.3, 0.3)
+    assert np.abs(way).max() == pytest.approx(0.3)
+    world.target = start + way
+    for _ in range(world.steps(1.0)):
+        world.step()
+        world.data.qpos[world.joints] = start
+        world.data.qvel[: len(start)] = 0
+    for seconds, share in [(0.1, 1 - np.exp(-0.1)), (1.0, 1 - np.exp(-1.1))]:
+        for _ in range(world.steps(seconds)):
+            world.step()
+        assert world.data.qpos[world.joints] - start == pytest.approx(share * way, abs=0.01)
+
+
 def test_a_scene_has_memory_for_a_squeeze(two, tmp_path):
     """By itself MuJoCo takes 15 MB, and 443 contacts of a mesh of balls with a mug need more."""
     mujoco = pytest.importorskip("mujoco")

@@ -80,7 +80,9 @@ class _World:
         self.data = mujoco.MjData(model)
         mujoco.mj_resetDataKeyframe(model, self.data, key)
         self.target: Floats = self.data.ctrl.copy()
-        self.grasp: Floats = self.data.qpos[model.jnt_qposadr[model.actuator_trnid[:, 0]]]
+        self.joints = model.jnt_qposadr[model.actuator_trnid[:, 0]]
+        if self.lag_s > 0:
+            self.data.ctrl[:] = self.data.qpos[self.joints]
         mujoco.mj_forward(model, self.data)
         self.palm: Floats = self.data.site("palm").xmat.reshape(3, 3).copy()
 
@@ -114,7 +116,7 @@ class _World:
             self.mujoco.mj_setConst(model, self.mujoco.MjData(model))
             return
         # MuJoCo does not integrate a damping implicitly where it cuts the torque. Above the critical damping, a light joint
-        # would hammer on the object; here its target moves as the spring would, with the critical damping.
+        # would hammer on the object; here its target moves at the speed of the spring, with the critical damping.
         stiffness, damping = closing["stiffness_n_m"], closing["damping_n_m_s"]
         critical = 2 * math.sqrt(stiffness * armature)
         if damping > critical:
@@ -128,15 +130,28 @@ class _World:
 
     def step(self) -> None:
         """One step of the test."""
-        if self.lag_s > 0:
-            left = math.exp(-self.data.time / self.lag_s)
-            self.data.ctrl[:] = self.target - left * (self.target - self.grasp)
-        if self.slowing is None:
+        if self.slowing is None and self.lag_s == 0:
             self.mujoco.mj_step(self.model, self.data, nstep=self.parts)
             return
         for _ in range(self.parts):
+            if self.lag_s > 0:
+                self._move_targets()
             self.mujoco.mj_step(self.model, self.data)
-            self.data.qvel[self.moved_by : self.moved_by + 6] *= self.slowing
+            if self.slowing is not None:
+                self.data.qvel[self.moved_by : self.moved_by + 6] *= self.slowing
+
+    def _move_targets(self) -> None:
+        """Moves the targets by a step toward their ends, at the speed (end − q) k / d of a spring without mass.
+
+        No target is farther from its joint than where the torque reaches its limit: a joint that was blocked moves at that
+        speed when it is free again, and does not catch up.
+        """
+        model, ends, before = self.model, self.target, self.data.ctrl.copy()
+        joints = self.data.qpos[self.joints]
+        moved = before + (ends - joints) * (float(model.opt.timestep) / self.lag_s)
+        moved = np.clip(moved, np.minimum(before, ends), np.maximum(before, ends))
+        reach = model.actuator_forcerange[:, 1] / model.actuator_gainprm[:, 0]
+        self.data.ctrl[:] = np.clip(moved, joints - reach, joints + reach)
 
     def pose(self) -> tuple[Floats, Floats]:
         """Centre of mass of the object, and its quaternion w, x, y, z."""
