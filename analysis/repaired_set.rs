@@ -46,7 +46,7 @@ fn places(layers: &[(&str, &[GraspRow])], centroid: nalgebra::Vector3<f64>) -> C
     let panel = Panel::new(
         "where the hand is, seen from the object",
         Axis::linear("azimuth (°)"),
-        Axis::linear("elevation (°)"),
+        Axis::linear("height (°)"),
         series.collect(),
     );
     Chart {
