@@ -104,8 +104,8 @@ class _World:
         model.geom_solref[:] = SOLREF
         model.geom_solimp[:, :3] = SOLIMP
         # The other engines divide the velocity of a damped object so after each step.
-        damping = [self.test.get(f"{motion}_damping_per_s", 0.0) for motion in ("linear", "angular")]
-        self.slowing = 1 / (1 + step_s * np.repeat(damping, 3)) if any(damping) else None
+        slowing = [self.test.get(f"{motion}_damping_per_s", 0.0) for motion in ("linear", "angular")]
+        self.slowing = 1 / (1 + step_s * np.repeat(slowing, 3)) if any(slowing) else None
         self.lag_s = 0.0
         if closing is None or closing["rule"] == "none":
             model.dof_armature[joints] = RIGID_KG_M2
