@@ -46,7 +46,7 @@ fn places(layers: &[(&str, &[GraspRow])], centroid: nalgebra::Vector3<f64>) -> C
     let panel = Panel::new(
         "where the hand is, seen from the object",
         Axis::linear("azimuth (°)"),
-        Axis::linear("height (°)"),
+        Axis::linear("elevation (°)"),
         series.collect(),
     );
     Chart {
@@ -96,6 +96,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         grasps: grasps.to_vec(),
     };
     let (repaired, new) = found.grasps.split_at(added.repaired);
+    let layers = [
+        ("given", origin.given.as_slice()),
+        ("repaired", repaired),
+        ("added", new),
+    ];
+    let chart = places(&layers, energy.object().centroid);
+    let picture = Path::new("figures/repaired_set.png");
+    fs::write(picture, chart.draw()?.encode(picture)?)?;
     let before = held(&of(&origin.given), &Run::default())?;
     let after = [
         held(&of(repaired), &Run::default())?,
@@ -124,14 +132,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         .filter(|family| !family.iter().any(|m| of_set[m.0]))
         .count();
 
-    let layers = [
-        ("given", origin.given.as_slice()),
-        ("repaired", repaired),
-        ("added", new),
-    ];
-    let chart = places(&layers, energy.object().centroid);
-    let picture = Path::new("figures/repaired_set.png");
-    fs::write(picture, chart.draw()?.encode(picture)?)?;
     let text = format!(
         "# A set repaired\n\nThe {} hand on {}, {} given grasps, of which {strict} pass the strict filter and {before} hold \
          when dropped in simulation.\n\n| | grasps | hold |\n|---|---|---|\n| given | {} | {before} |\n| repaired: minima that \

@@ -65,7 +65,7 @@ def test_a_joint_with_much_damping_does_not_catch_up(two, tmp_path):
 
 
 def test_a_scene_has_memory_for_a_squeeze(two, tmp_path):
-    """By itself MuJoCo takes 15 MB, and 443 contacts of a mesh of balls with a mug need more."""
+    """By itself MuJoCo takes 15 MB, and a hand of balls that squeezes a can makes 443 contacts, which need more."""
     mujoco = pytest.importorskip("mujoco")
     scene = two[0].export(tmp_path / "scene", format="mujoco", protocol="gendexgrasp") / "scene.xml"
     assert mujoco.MjModel.from_xml_path(str(scene)).narena == 256 * 2**20
